@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "dem_side/packing.h"
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mpi.h>
+
+/// The particles: a LIGGGHTS instance with the rock bond. Plain C++ and Eigen types only; vectors always have three
+/// components (z = 0 in two dimensions), SI units, two dimensions mean cylinders per metre of thickness.
+namespace kerf::dem
+{
+/// Elastic-perfectly-brittle bond and the contact that is left after failure (Onate & Rojek 2004; Rojek et al. 2012).
+struct BondParameters
+{
+  double k_n = 0.;      ///< normal stiffness [N/m] (2D: per metre)
+  double k_t = 0.;      ///< tangential stiffness, same unit
+  double R_n = 0.;      ///< tensile strength [N] (2D: per metre)
+  double R_t = 0.;      ///< shear strength, same unit
+  double friction = 0.; ///< Coulomb coefficient after failure [-]
+  double damping = 0.;  ///< fraction of critical damping of the contact, normal and tangential [-]
+};
+
+struct Settings
+{
+  MPI_Comm comm = MPI_COMM_WORLD;
+  const Packing *packing = nullptr; ///< the store, kept alive by the caller, the same on every rank
+  BondParameters bond;
+  double density = 0.;                        ///< of a particle, rock density / solid fraction [kg/m^3]
+  double local_damping = 0.;                  ///< Cundall's non-viscous damping, F -= a |F| v/|v|, [0, 1)
+  double time_step = 0.;                      ///< [s]
+  Eigen::Vector3d domain_lower, domain_upper; ///< particles outside are taken out and counted [m]
+};
+
+/// A stored particle and the state it starts with.
+struct NewParticle
+{
+  int index = -1;                                             ///< in the packing
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();     ///< from the stored position [m]
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();         ///< [m/s]
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();         ///< rotation vector [rad]
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero(); ///< [rad/s]
+};
+
+using Vectors = Eigen::Map<Eigen::Matrix3Xd>;
+
+/// Particles of this rank, straight in the engine's memory; valid until the next call of DemSide.
+struct Particles
+{
+  int n = 0;
+  const int *index = nullptr;              ///< in the packing, n values
+  Vectors position{nullptr, 3, 0};         ///< [m]
+  Vectors velocity{nullptr, 3, 0};         ///< in the hook: at the half step [m/s]
+  Vectors angular_velocity{nullptr, 3, 0}; ///< [rad/s]
+  Vectors force{nullptr, 3, 0};            ///< [N]
+  Vectors torque{nullptr, 3, 0};           ///< [N m]
+  const double *mass = nullptr;            ///< weighted [kg]
+  const double *radius = nullptr;          ///< [m]
+  const double *weight = nullptr;          ///< [-]
+  const double *rotation = nullptr;        ///< unit quaternion (w, x, y, z) of each particle, 4 n values
+  std::uint64_t order = 0;                 ///< changes whenever particles changed rank, place or number
+};
+
+/// Why the hook is called: in a step after the positions moved, or when forces are set up again without a step.
+enum class Phase
+{
+  step,
+  setup
+};
+/// Called every step on every rank after the bond and contact forces, before the second half kick; adds outer forces.
+using ForceHook = std::function<void(Phase, Particles &)>;
+
+/// A bond that failed.
+struct BrokenBond
+{
+  std::int64_t step = 0;
+  int first = -1, second = -1;                        ///< indices in the packing, first < second
+  bool shear = false;                                 ///< failed by |F_t| >= R_t, else by F_n >= R_n
+  Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< of the contact point [m]
+};
+
+/// A pair that is bonded at present (output).
+struct ActiveBond
+{
+  int first = -1, second = -1;
+  Eigen::Vector3d a, b;     ///< ends [m]
+  double normal_force = 0.; ///< tension positive, not weighted [N]
+  double shear_force = 0.;  ///< [N]
+};
+
+struct Energies
+{
+  double kinetic = 0.;  ///< translation and rotation, weighted masses [J]
+  double elastic = 0.;  ///< bonds and contacts, weighted [J]
+  double damping = 0.;  ///< dissipated by contact and local damping since the start [J]
+  double friction = 0.; ///< dissipated by sliding since the start [J]
+  double released = 0.; ///< elastic energy lost at bond failure since the start [J]
+};
+
+/// All functions are collective unless stated; totals are the same on every rank.
+class DemSide
+{
+public:
+  explicit DemSide(const Settings &settings);
+  ~DemSide();
+  DemSide(const DemSide &) = delete;
+  DemSide &operator=(const DemSide &) = delete;
+
+  /// Takes particles out of the store. @p particles is the same list on every rank; none of them may be active. Bonds of the
+  /// store between a new and any active particle are created with the state of the projected displacement.
+  /// Follow with set_weights() and setup().
+  void insert(const std::vector<NewParticle> &particles);
+
+  /// DE weight in (0, 1] of every particle of the store (only those of active particles are read). A contact has the mean
+  /// weight of its two particles; a particle's mass is its full mass times the mean weight of its stored bonds to active
+  /// particles, which keeps its frequency below that of the unweighted pack. Follow with setup().
+  void set_weights(const Eigen::VectorXd &weight);
+
+  /// Exchanges, builds lists, creates pending bonds and computes all forces at the present positions without a step.
+  void setup(const ForceHook &hook);
+
+  /// Advances by @p steps steps. Without any active particle only the hook is called, with no particles.
+  void advance(int steps, const ForceHook &hook);
+
+  Particles particles();                      ///< not collective
+  int n_active() const;                       ///< over all ranks
+  const std::vector<char> &is_active() const; ///< by index in the packing, same on every rank. Not collective
+  int n_left_domain() const;                  ///< particles that left the domain since the start
+
+  std::int64_t n_bonds_intact() const;
+  std::int64_t n_bonds_broken() const;          ///< since the start
+  std::vector<BrokenBond> broken_bonds() const; ///< of this rank (each bond on exactly one rank), since the start
+  std::vector<ActiveBond> bonds() const;        ///< of this rank (each bond on exactly one rank)
+  Energies energies() const;
+
+  /// What the particles of this rank look like to a person: per local particle, broken bonds / stored bonds in [0,1].
+  std::vector<double> damage() const;
+
+private:
+  struct Engine;
+  std::unique_ptr<Engine> engine;
+};
+
+/// Version string of the particle library.
+std::string library_version();
+} // namespace kerf::dem

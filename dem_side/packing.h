@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace kerf::dem
+{
+/// Elastic bond parameters that give the stored packing the moduli of the rock.
+struct ElasticCalibration
+{
+  double k_n = 0.;              ///< normal stiffness [N/m] (2D: [N/m] per metre of thickness)
+  double k_t = 0.;              ///< tangential stiffness, same unit
+  double target_young = 0.;     ///< [Pa]; 0: not calibrated yet
+  double target_poisson = 0.;   ///< [-]
+  double achieved_young = 0.;   ///< relaxed modulus of the packing [Pa] (plane strain in 2D)
+  double achieved_poisson = 0.; ///< [-]
+  double anisotropy = 0.;       ///< largest deviation of the relaxed tensor from its isotropic fit, relative [-]
+};
+
+/// The stored discretisation of the whole rock: generated beforehand, particles are taken from it when they are needed.
+/// In 2D the particles are cylinders of unit thickness with z = 0.
+struct Packing
+{
+  int dim = 2;
+  std::string kind;                      ///< "random" or "triangular"
+  unsigned seed = 0;                     ///< of the random packing
+  double gap_tolerance = 0.;             ///< pairs closer than gap_tolerance * mean radius are bonded [-]
+  double mean_diameter = 0.;             ///< [m]
+  Eigen::Vector3d lower, upper;          ///< box that is filled [m]
+  Eigen::Matrix3Xd positions;            ///< centres [m]
+  Eigen::VectorXd radii;                 ///< [m]
+  std::vector<std::array<int, 2>> bonds; ///< index pairs, first < second, sorted, no doubles
+  ElasticCalibration calibration;
+
+  int size() const { return static_cast<int>(radii.size()); }
+  double volume(int i) const;    ///< pi r^2 (2D) or 4/3 pi r^3 (3D)
+  double solid_fraction() const; ///< volume of the particles / volume of the box
+  double coordination() const;   ///< bonds a particle, 2 n_bonds / n
+};
+
+struct PackingSettings
+{
+  std::string kind = "random";
+  int dim = 2;
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero();
+  Eigen::Vector3d upper = Eigen::Vector3d::Zero(); ///< box to fill [m]
+  double mean_diameter = 0.;                       ///< [m]
+  double radius_spread = 0.4;                      ///< radii uniform in mean (1 - s, 1 + s) [-]
+  double gap_tolerance = 0.1;                      ///< [-]
+  unsigned seed = 1;
+};
+
+/// Called now and then with the done fraction in [0, 1] and a short text.
+using Progress = std::function<void(double, const std::string &)>;
+
+/// Fills the box; same settings, same packing. Not collective (serial). Throws std::runtime_error with one line.
+Packing generate_packing(const PackingSettings &settings, const Progress &progress = {});
+
+/// Bonds every pair with gap < tolerance * mean radius of all particles.
+void bond_by_gap(Packing &packing, double gap_tolerance);
+
+/// HDF5 store. load_packing() throws std::runtime_error "FILE: what is wrong".
+void save_packing(const Packing &packing, const std::string &path);
+Packing load_packing(const std::string &path);
+} // namespace kerf::dem

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <mpi.h>
+#include <string>
+#include <vector>
+
+/// The continuum: explicit dynamics of elastic rock on finite elements. Plain C++ and Eigen types only; vectors always have
+/// three components (z = 0 in two dimensions), SI units, two dimensions mean plane strain per metre of thickness.
+namespace kerf::fem
+{
+/// Mesh of the rock: a gmsh file, or a structured box that may be graded.
+struct MeshSettings
+{
+  std::string gmsh_file;                                ///< .msh file; empty: structured box
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero();      ///< box corner [m]
+  Eigen::Vector3d upper = Eigen::Vector3d::Zero();      ///< box corner [m]
+  double cell_size = 0.;                                ///< cell size, inside the fine zone if there is one [m]
+  Eigen::Vector3d fine_lower = Eigen::Vector3d::Zero(); ///< fine zone corner [m]; fine_lower == fine_upper: uniform
+  Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero(); ///< fine zone corner [m]
+  double growth = 1.;                                   ///< ratio of neighbouring cell sizes outside the fine zone, >= 1
+  double largest_cell_size = 0.;                        ///< upper bound of the graded size [m]; 0: none
+};
+
+/// Isotropic linear-elastic rock (St. Venant-Kirchhoff in finite strain).
+struct Material
+{
+  double density = 0.; ///< [kg/m^3]
+  double young = 0.;   ///< [Pa]
+  double poisson = 0.; ///< [-]
+
+  double lame_lambda() const { return young * poisson / ((1. + poisson) * (1. - 2. * poisson)); }
+  double lame_mu() const { return young / (2. * (1. + poisson)); }
+  double speed_p() const; ///< c_p = sqrt((lambda + 2 mu)/rho) [m/s]
+  double speed_s() const; ///< c_s = sqrt(mu/rho) [m/s]
+};
+
+enum class BoundaryKind
+{
+  free,
+  fixed,    ///< all displacement components held
+  roller,   ///< normal displacement held; faces must be parallel to the axes
+  velocity, ///< all velocity components prescribed, reached by a smooth ramp
+  absorbing ///< viscous (Lysmer-Kuhlemeyer 1969): traction -rho (c_p v_n + c_s v_t)
+};
+
+struct BoundaryCondition
+{
+  int id = 0; ///< boundary id; structured box: 0 left, 1 right, 2 bottom, 3 top (3D: 4 back, 5 front)
+  BoundaryKind kind = BoundaryKind::free;
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< [m/s], kind velocity only
+  double ramp = 0.;                                   ///< duration of the smooth (half cosine) start [s]
+
+  /// Prescribed velocity at @p time [s].
+  Eigen::Vector3d velocity_at(double time) const;
+};
+
+struct Settings
+{
+  MPI_Comm comm = MPI_COMM_WORLD;
+  int dim = 2;
+  MeshSettings mesh;
+  Material material;
+  std::vector<BoundaryCondition> boundary_conditions; ///< ids without an entry are free
+};
+
+/// A face of the mesh boundary.
+struct BoundaryFace
+{
+  int id = 0;                                    ///< boundary id
+  int cell = -1;                                 ///< the cell it belongs to
+  std::array<int, 4> nodes = {{-1, -1, -1, -1}}; ///< 2 (2D) or 4 (3D) node numbers
+};
+
+/// Reference geometry, the same on every rank.
+struct Mesh
+{
+  int dim = 2;
+  Eigen::Matrix3Xd nodes; ///< reference positions [m]
+  Eigen::MatrixXi cells;  ///< 2^dim x n_cells node numbers, lexicographic order (x runs fastest)
+  std::vector<int> owner; ///< rank that computes a cell
+  std::vector<BoundaryFace> boundary;
+
+  int n_cells() const { return static_cast<int>(cells.cols()); }
+  int n_nodes() const { return static_cast<int>(nodes.cols()); }
+};
+
+/// A point of the reference configuration seen by its cell: u(X) = sum_a N_a u_a, grad u = sum_a u_a (x) dN_a.
+struct Interpolation
+{
+  int cell = -1; ///< -1: outside the mesh
+  int n = 0;     ///< number of nodes, 2^dim
+  std::array<int, 8> nodes = {};
+  std::array<double, 8> N = {};
+  Eigen::Matrix<double, 3, 8> dN = Eigen::Matrix<double, 3, 8>::Zero(); ///< gradients in the reference configuration [1/m]
+};
+
+enum class NodalField
+{
+  displacement, ///< [m]
+  velocity,     ///< [m/s]
+  force,        ///< assembled so far in this step [N]
+  mass          ///< weighted lumped mass, in all three rows [kg]
+};
+
+/// Cauchy stress at the centre of the cells that this rank owns and that carry weight.
+struct CellStress
+{
+  std::vector<int> cell;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> sigma; ///< xx, yy, zz, yz, xz, xy [Pa], tension positive, not weighted
+};
+
+/// Integration points of outer boundary faces of weighted cells owned by this rank, in the current configuration.
+struct SurfacePoints
+{
+  Eigen::Matrix3Xd position; ///< [m]
+  Eigen::Matrix3Xd velocity; ///< [m/s]
+  Eigen::VectorXd area;      ///< alpha-weighted reference area of the point [m^2] (2D: [m] per metre)
+};
+
+struct Energies
+{
+  double kinetic = 0.;  ///< weighted [J]
+  double elastic = 0.;  ///< weighted [J]
+  double boundary = 0.; ///< work done on the rock by velocity boundaries since the start [J]
+  double absorbed = 0.; ///< taken away by absorbing boundaries since the start [J]
+};
+
+/// One explicit step (velocity Verlet = central differences, Verlet with lumped mass) is
+/// begin_step(dt); compute_forces(t); ...forces added from outside...; end_step(dt).
+/// All functions are collective unless stated; energies and steps are the same on every rank.
+class FemSide
+{
+public:
+  virtual ~FemSide() = default;
+
+  virtual const Mesh &mesh() const = 0;
+
+  /// Reference coordinates of the quadrature points of the cells this rank owns, n_q = 2^dim points a cell,
+  /// column = local_cell * n_q + q. Not collective.
+  virtual const Eigen::Matrix3Xd &quadrature_points() const = 0;
+  virtual const std::vector<int> &owned_cells() const = 0;
+
+  /// Where points [m] of the reference configuration lie (points on a face: any of its cells). Not collective.
+  virtual std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const = 0;
+
+  /// Weight alpha in [0,1] at every quadrature point (same order as quadrature_points()). A cell whose points are all
+  /// zero is switched off. Recomputes the lumped masses; nodes without mass stop moving. Kinematics are untouched.
+  /// Starts with 1 everywhere.
+  virtual void set_weights(const Eigen::VectorXd &alpha) = 0;
+  virtual int n_active_cells() const = 0; ///< over all ranks
+
+  /// v += dt/2 f/M, u += dt v; @p time is that of the new positions (for prescribed velocities).
+  virtual void begin_step(double dt, double time) = 0;
+  /// f = -f_int(u) + boundary forces; anything added before is lost.
+  virtual void compute_forces() = 0;
+  /// v += dt/2 f/M, with prescribed velocities enforced.
+  virtual void end_step(double dt, double time) = 0;
+
+  /// Chooses the nodes whose values this rank wants to read and push, wherever they are owned.
+  virtual void set_window(const std::vector<int> &nodes) = 0;
+  /// Values of the window nodes, 3 x n_window, in the order given to set_window().
+  virtual void read_window(NodalField field, Eigen::Matrix3Xd &values) const = 0;
+  /// Adds forces [N] to the window nodes; the exact transpose of read_window().
+  virtual void add_window_forces(const Eigen::Matrix3Xd &forces) = 0;
+
+  /// Points of the outer boundary that lie in the box [lower, upper] [m] (current positions, whole faces). Not collective.
+  virtual void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, SurfacePoints &points) const = 0;
+  /// Adds forces [N] at the points of the last surface_points() call. Collective.
+  virtual void add_surface_forces(const Eigen::Matrix3Xd &forces) = 0;
+
+  virtual CellStress cell_stress() const = 0;
+
+  /// Sets displacement [m] and velocity [m/s] of all nodes from functions of the reference position (initial conditions,
+  /// tests).
+  virtual void set_state(const Eigen::Matrix3Xd &displacement, const Eigen::Matrix3Xd &velocity) = 0;
+  /// All nodal values, gathered on every rank (output, tests): 3 x n_nodes.
+  virtual Eigen::Matrix3Xd gather(NodalField field) const = 0;
+
+  virtual Energies energies() const = 0;
+  /// Largest stable step of central differences for the present weights: 2/omega_max by power iteration [s].
+  virtual double stable_step() const = 0;
+
+  /// Writes one VTU file for all ranks: displacement, velocity, stress, alpha, user cell fields.
+  /// @p cell_fields: name and one value for every mesh cell.
+  virtual void write_vtu(const std::string &path,
+                         const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const = 0;
+};
+
+/// Builds the mesh and the solver. Throws std::runtime_error with one line on a mesh that cannot be used.
+std::unique_ptr<FemSide> make_fem_side(const Settings &settings);
+
+/// Version string of the finite-element library.
+std::string library_version();
+} // namespace kerf::fem
