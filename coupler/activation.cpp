@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/activation.h"
+
+#include "coupler/criterion.h"
+#include "coupler/input_error.h"
+
+#include <algorithm>
+#include <map>
+
+namespace kerf
+{
+namespace
+{
+/// Concatenates the lists of all ranks.
+template <typename Number>
+std::vector<Number> gather_all(const std::vector<Number> &mine, MPI_Datatype type, MPI_Comm comm)
+{
+  int n_ranks = 1;
+  MPI_Comm_size(comm, &n_ranks);
+  const int n = static_cast<int>(mine.size());
+  std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
+  MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  for (int r = 1; r < n_ranks; ++r)
+    offsets[r] = offsets[r - 1] + counts[r - 1];
+  std::vector<Number> all(offsets.back() + counts.back());
+  MPI_Allgatherv(mine.data(), n, type, all.data(), counts.data(), offsets.data(), type, comm);
+  return all;
+}
+
+/// Cells that share a face: 2^(dim-1) common nodes.
+std::vector<std::vector<int>> face_neighbours(const fem::Mesh &mesh)
+{
+  static constexpr int faces_2d[4][2] = {{0, 2}, {1, 3}, {0, 1}, {2, 3}}; // lexicographic corners
+  std::map<std::pair<int, int>, int> seen;
+  std::vector<std::vector<int>> neighbours(mesh.n_cells());
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    for (const auto &face : faces_2d)
+    {
+      const auto nodes = std::minmax(mesh.cells(face[0], cell), mesh.cells(face[1], cell));
+      const auto found = seen.emplace(nodes, cell);
+      if (!found.second)
+      {
+        neighbours[cell].push_back(found.first->second);
+        neighbours[found.first->second].push_back(cell);
+      }
+    }
+  return neighbours;
+}
+} // namespace
+
+ActivationRule::ActivationRule(const Case &settings, const fem::Mesh &mesh, MPI_Comm comm)
+  : settings(settings), mesh(mesh), comm(comm), neighbours(face_neighbours(mesh))
+{
+}
+
+Eigen::VectorXd ActivationRule::measures(const fem::FemSide &fem) const
+{
+  const fem::CellStress stress = fem.cell_stress();
+  Eigen::VectorXd measure = Eigen::VectorXd::Zero(mesh.n_cells());
+  for (std::size_t k = 0; k < stress.cell.size(); ++k)
+    measure[stress.cell[k]] =
+      stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength);
+  MPI_Allreduce(MPI_IN_PLACE, measure.data(), mesh.n_cells(), MPI_DOUBLE, MPI_SUM, comm);
+  return measure;
+}
+
+std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const Overlap &overlap) const
+{
+  const fem::CellStress stress = fem.cell_stress();
+  std::vector<int> flagged;
+  for (std::size_t k = 0; k < stress.cell.size(); ++k)
+  {
+    const double measure =
+      stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength);
+    if (!std::isfinite(measure))
+      throw UnstableRun("the finite elements became unstable: stress of cell " + std::to_string(stress.cell[k]) +
+                        " is not finite");
+    const double distance = overlap.distance_of_cell(stress.cell[k]);
+    // A cell deep in the overlap waits one event, unless it is a new nucleus away from all particles.
+    const bool in_reach = distance <= 0.5 * overlap.width() || distance >= overlap.width();
+    if (!overlap.is_converted(stress.cell[k]) && measure > settings.sigma_star && in_reach)
+      flagged.push_back(stress.cell[k]);
+  }
+  std::vector<int> cells = gather_all(flagged, MPI_INT, comm);
+  if (cells.empty())
+    return cells;
+
+  // Enclosed cells: all neighbours but one are particle region. Repeated, because each may enclose the next.
+  std::vector<char> region(mesh.n_cells(), 0);
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    region[cell] = overlap.is_converted(cell);
+  for (const int cell : cells)
+    region[cell] = 1;
+  for (bool changed = true; changed;)
+  {
+    changed = false;
+    for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    {
+      if (region[cell])
+        continue;
+      int outside = 0;
+      for (const int neighbour : neighbours[cell])
+        outside += !region[neighbour];
+      if (outside <= 1 && neighbours[cell].size() > static_cast<std::size_t>(outside) + 1)
+      {
+        region[cell] = 1;
+        cells.push_back(cell);
+        changed = true;
+      }
+    }
+  }
+  std::sort(cells.begin(), cells.end());
+  return cells;
+}
+
+std::vector<int> cells_inside(const fem::Mesh &mesh, const std::vector<Box> &boxes)
+{
+  std::vector<int> cells;
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+  {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (int a = 0; a < mesh.cells.rows(); ++a)
+      centre += mesh.nodes.col(mesh.cells(a, cell)) / mesh.cells.rows();
+    for (const Box &box : boxes)
+      if ((centre.array() >= box.lower.array()).all() && (centre.array() <= box.upper.array()).all())
+      {
+        cells.push_back(cell);
+        break;
+      }
+  }
+  return cells;
+}
+
+std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap, const dem::Packing &packing,
+                                      const std::vector<char> &active, MPI_Comm comm)
+{
+  std::vector<int> indices;
+  for (int i = 0; i < packing.size(); ++i)
+    if (!active[i] && overlap.needs_particle(i))
+      indices.push_back(i);
+  Eigen::Matrix3Xd points(3, indices.size());
+  for (std::size_t k = 0; k < indices.size(); ++k)
+    points.col(k) = packing.positions.col(indices[k]);
+  const std::vector<fem::Interpolation> found = fem.locate(points);
+
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  std::vector<std::size_t> mine;
+  std::vector<int> nodes;
+  for (std::size_t k = 0; k < indices.size(); ++k)
+  {
+    if (found[k].cell < 0)
+      throw InputError("stored particle " + std::to_string(indices[k]) + " lies outside the mesh");
+    if (fem.mesh().owner[found[k].cell] != rank)
+      continue;
+    mine.push_back(k);
+    nodes.insert(nodes.end(), found[k].nodes.begin(), found[k].nodes.begin() + found[k].n);
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  fem.set_window(nodes);
+  Eigen::Matrix3Xd u, v;
+  fem.read_window(fem::NodalField::displacement, u);
+  fem.read_window(fem::NodalField::velocity, v);
+
+  // Twelve numbers a particle travel between ranks; a list of doubles keeps this one plain gather.
+  constexpr int record = 13;
+  std::vector<double> values;
+  for (const std::size_t k : mine)
+  {
+    Eigen::Vector3d displacement = Eigen::Vector3d::Zero(), velocity = displacement, curl_u = displacement,
+                    curl_v = displacement;
+    for (int a = 0; a < found[k].n; ++a)
+    {
+      const auto column = std::lower_bound(nodes.begin(), nodes.end(), found[k].nodes[a]) - nodes.begin();
+      const Eigen::Vector3d gradient = found[k].dN.col(a), u_a = u.col(column), v_a = v.col(column);
+      displacement += found[k].N[a] * u_a;
+      velocity += found[k].N[a] * v_a;
+      curl_u += gradient.cross(u_a);
+      curl_v += gradient.cross(v_a);
+    }
+    values.push_back(indices[k]);
+    for (const Eigen::Vector3d &part : {displacement, velocity, Eigen::Vector3d(0.5 * curl_u), Eigen::Vector3d(0.5 * curl_v)})
+      values.insert(values.end(), part.data(), part.data() + 3);
+  }
+  values = gather_all(values, MPI_DOUBLE, comm);
+
+  std::vector<dem::NewParticle> particles(values.size() / record);
+  for (std::size_t k = 0; k < particles.size(); ++k)
+  {
+    const double *value = values.data() + k * record;
+    particles[k].index = static_cast<int>(value[0]);
+    particles[k].displacement = Eigen::Map<const Eigen::Vector3d>(value + 1);
+    particles[k].velocity = Eigen::Map<const Eigen::Vector3d>(value + 4);
+    particles[k].rotation = Eigen::Map<const Eigen::Vector3d>(value + 7);
+    particles[k].angular_velocity = Eigen::Map<const Eigen::Vector3d>(value + 10);
+  }
+  std::sort(particles.begin(), particles.end(),
+            [](const dem::NewParticle &a, const dem::NewParticle &b) { return a.index < b.index; });
+  return particles;
+}
+
+Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, MPI_Comm comm)
+{
+  const dem::Particles particles = dem.particles();
+  double sums[4] = {0., 0., 0., 0.};
+  for (int i = 0; i < particles.n; ++i)
+  {
+    sums[0] += particles.mass[i];
+    for (int c = 0; c < 3; ++c)
+      sums[1 + c] += particles.mass[i] * particles.velocity(c, i);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, comm);
+  Inventory inventory{sums[0], Eigen::Vector3d(sums[1], sums[2], sums[3])};
+  if (fem.n_active_cells() > 0)
+  {
+    const Eigen::Matrix3Xd mass = fem.gather(fem::NodalField::mass), velocity = fem.gather(fem::NodalField::velocity);
+    inventory.mass += mass.row(0).sum();
+    inventory.momentum += (velocity.array().rowwise() * mass.row(0).array()).matrix().rowwise().sum();
+  }
+  return inventory;
+}
+} // namespace kerf

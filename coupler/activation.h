@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/overlap.h"
+#include "dem_side/dem_side.h"
+#include "fem_side/fem_side.h"
+
+#include <vector>
+
+namespace kerf
+{
+/// Chooses the cells that become particles (seed, eq. 5): sigma > sigma*, the front advancing by at most half an overlap width
+/// an event, and no cell left behind that is enclosed by particle region.
+class ActivationRule
+{
+public:
+  ActivationRule(const Case &settings, const fem::Mesh &mesh, MPI_Comm comm);
+
+  /// Cells to convert now, sorted, the same list on every rank. Collective.
+  std::vector<int> cells_to_convert(const fem::FemSide &fem, const Overlap &overlap) const;
+
+  /// Stress measure of every mesh cell [Pa] (0 where there are no finite elements), the same on every rank. Collective.
+  Eigen::VectorXd measures(const fem::FemSide &fem) const;
+
+private:
+  const Case &settings;
+  const fem::Mesh &mesh;
+  MPI_Comm comm;
+  std::vector<std::vector<int>> neighbours; // cells that share a face
+};
+
+/// Cells whose centre lies in one of the boxes.
+std::vector<int> cells_inside(const fem::Mesh &mesh, const std::vector<Box> &boxes);
+
+/// Stored particles that the overlap needs and that are not active yet, with the kinematics of the finite elements at their
+/// place: u = N u_F, v = N v_F, theta = 1/2 curl u_F, omega = 1/2 curl v_F. Same list on every rank. Collective; replaces the
+/// window of the finite elements.
+std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap, const dem::Packing &packing,
+                                      const std::vector<char> &active, MPI_Comm comm);
+
+/// Mass [kg] and linear momentum [N s] of both sides, to audit a change of models.
+struct Inventory
+{
+  double mass = 0.;
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+};
+Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, MPI_Comm comm);
+} // namespace kerf

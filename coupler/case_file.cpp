@@ -1,0 +1,419 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/case_file.h"
+
+#include "coupler/input_error.h"
+#include "coupler/parameter_table.h"
+
+#include <deal.II/base/parameter_handler.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+std::string trimmed(const std::string &text)
+{
+  const auto first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos)
+    return "";
+  return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
+}
+
+std::vector<std::string> split(const std::string &text, char separator)
+{
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, separator);)
+    if (!trimmed(part).empty())
+      parts.push_back(trimmed(part));
+  return parts;
+}
+
+/// Number of edits (insert, delete, replace) between two words, for "did you mean".
+std::size_t edit_distance(const std::string &a, const std::string &b)
+{
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j)
+    row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i)
+  {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j)
+    {
+      const std::size_t above = row[j];
+      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+std::string range_text(const Parameter &parameter)
+{
+  if (const auto *number = dynamic_cast<const dealii::Patterns::Double *>(parameter.pattern.get()))
+  {
+    std::ostringstream text;
+    text << "a number";
+    if (number->lower_bound >= 0. && number->lower_bound < 1e-299 && number->upper_bound > 1e299)
+      text << (number->lower_bound > 0. ? " > 0" : " >= 0");
+    else if (number->lower_bound > -1e299 && number->upper_bound < 1e299)
+      text << " in [" << number->lower_bound << ", " << number->upper_bound << "]";
+    return text.str();
+  }
+  return parameter.pattern->description(dealii::Patterns::PatternBase::Text);
+}
+
+/// Checks one assignment against the table; returns the entry.
+const Parameter &checked_entry(const std::string &where, const std::string &section, const std::string &key,
+                               const std::string &value)
+{
+  const Parameter *nearest = nullptr;
+  std::size_t nearest_distance = 1000;
+  for (const Parameter &parameter : parameter_table())
+  {
+    if (parameter.section == section && parameter.key == key)
+    {
+      if (!parameter.pattern->match(value))
+        throw InputError(where + ": " + section + "/" + key + " = '" + value + "' is not allowed: give " +
+                         range_text(parameter) + " [" + parameter.unit + "]");
+      return parameter;
+    }
+    const std::size_t distance = edit_distance(parameter.section + "/" + parameter.key, section + "/" + key);
+    if (distance < nearest_distance)
+    {
+      nearest_distance = distance;
+      nearest = &parameter;
+    }
+  }
+  throw InputError(where + ": unknown key " + section + "/" + key + ", the nearest valid key is " + nearest->section + "/" +
+                   nearest->key + " (all keys: kerf params)");
+}
+
+/// ParameterHandler reports errors in several lines; this walks the file first so that a user gets one.
+void check_lines(const std::string &path)
+{
+  std::ifstream file(path);
+  if (!file)
+    throw InputError(path + ": no such file, a case directory holds a case.prm");
+  std::vector<std::string> sections;
+  int number = 0;
+  for (std::string line; std::getline(file, line);)
+  {
+    const std::string where = path + ":" + std::to_string(++number);
+    const std::string text = trimmed(line.substr(0, line.find('#')));
+    if (text.empty())
+      continue;
+    if (text.rfind("subsection ", 0) == 0)
+      sections.push_back(trimmed(text.substr(11)));
+    else if (text == "end")
+    {
+      if (sections.empty())
+        throw InputError(where + ": 'end' without 'subsection'");
+      sections.pop_back();
+    }
+    else if (text.rfind("set ", 0) == 0 && text.find('=') != std::string::npos)
+    {
+      const auto equal = text.find('=');
+      checked_entry(where, sections.size() == 1 ? sections[0] : "", trimmed(text.substr(4, equal - 4)),
+                    trimmed(text.substr(equal + 1)));
+    }
+    else
+      throw InputError(where + ": '" + text + "' is not understood, lines are 'subsection NAME', 'set KEY = VALUE', 'end'");
+  }
+  if (!sections.empty())
+    throw InputError(path + ": 'subsection " + sections.back() + "' has no 'end'");
+}
+
+/// The handler after file and overrides.
+void read_handler(dealii::ParameterHandler &handler, const std::string &directory, const std::vector<Override> &overrides)
+{
+  for (const Parameter &parameter : parameter_table())
+  {
+    handler.enter_subsection(parameter.section);
+    handler.declare_entry(parameter.key, parameter.default_value, *parameter.pattern,
+                          parameter.meaning + " [" + parameter.unit + "]");
+    handler.leave_subsection();
+  }
+  if (!std::filesystem::is_directory(directory))
+    throw InputError(directory + ": no such case directory");
+  const std::string path = directory + "/case.prm";
+  check_lines(path);
+  handler.parse_input(path);
+  for (const Override &override : overrides)
+  {
+    const auto slash = override.find('/'), equal = override.find('=');
+    if (slash == std::string::npos || equal == std::string::npos || equal < slash)
+      throw InputError("--set " + override + ": give Section/Key=value");
+    const std::string section = trimmed(override.substr(0, slash));
+    const std::string key = trimmed(override.substr(slash + 1, equal - slash - 1));
+    const std::string value = trimmed(override.substr(equal + 1));
+    checked_entry("--set", section, key, value);
+    handler.enter_subsection(section);
+    handler.set(key, value);
+    handler.leave_subsection();
+  }
+}
+
+/// Typed access with the section in front; keeps the source of an error for composite values.
+class Reader
+{
+public:
+  Reader(dealii::ParameterHandler &handler, std::string file) : handler(handler), file(std::move(file)) {}
+
+  double number(const std::string &section, const std::string &key) const { return std::stod(text(section, key)); }
+  int integer(const std::string &section, const std::string &key) const { return std::stoi(text(section, key)); }
+  bool flag(const std::string &section, const std::string &key) const
+  {
+    const std::string value = text(section, key);
+    return value == "true" || value == "yes";
+  }
+  std::string text(const std::string &section, const std::string &key) const
+  {
+    handler.enter_subsection(section);
+    const std::string value = trimmed(handler.get(key));
+    handler.leave_subsection();
+    return value;
+  }
+  Eigen::Vector3d point(const std::string &section, const std::string &key) const
+  {
+    Eigen::Vector3d result = Eigen::Vector3d::Zero();
+    const auto parts = split(text(section, key), ',');
+    for (std::size_t i = 0; i < parts.size() && i < 3; ++i)
+      result[i] = std::stod(parts[i]);
+    return result;
+  }
+  /// Items separated by ';', each of numbers separated by blanks.
+  std::vector<std::vector<double>> rows(const std::string &section, const std::string &key, std::size_t columns) const
+  {
+    std::vector<std::vector<double>> result;
+    for (const std::string &item : split(text(section, key), ';'))
+    {
+      std::istringstream stream(item);
+      std::vector<double> row;
+      for (double value; stream >> value;)
+        row.push_back(value);
+      if (row.size() != columns || !stream.eof())
+        fail(section, key, "'" + item + "' is not " + std::to_string(columns) + " numbers separated by blanks");
+      result.push_back(row);
+    }
+    return result;
+  }
+  [[noreturn]] void fail(const std::string &section, const std::string &key, const std::string &what) const
+  {
+    throw InputError(file + ": " + section + "/" + key + ": " + what);
+  }
+
+private:
+  dealii::ParameterHandler &handler;
+  std::string file;
+};
+
+fem::BoundaryCondition boundary_condition(const Reader &reader, const std::string &item)
+{
+  const auto fail = [&](const std::string &what) { reader.fail("Boundary", "Conditions", "'" + item + "': " + what); };
+  fem::BoundaryCondition condition;
+  const auto colon = item.find(':');
+  if (colon == std::string::npos)
+    fail("give 'id: kind'");
+  const std::string id = trimmed(item.substr(0, colon));
+  const std::vector<std::string> sides = {"left", "right", "bottom", "top", "back", "front"};
+  const auto side = std::find(sides.begin(), sides.end(), id);
+  if (side != sides.end())
+    condition.id = static_cast<int>(side - sides.begin());
+  else if (!id.empty() && std::all_of(id.begin(), id.end(), ::isdigit))
+    condition.id = std::stoi(id);
+  else
+    fail("'" + id + "' is no boundary, give a number or left, right, bottom, top");
+
+  std::istringstream stream(item.substr(colon + 1));
+  std::string kind;
+  stream >> kind;
+  if (kind == "free")
+    condition.kind = fem::BoundaryKind::free;
+  else if (kind == "fixed")
+    condition.kind = fem::BoundaryKind::fixed;
+  else if (kind == "roller")
+    condition.kind = fem::BoundaryKind::roller;
+  else if (kind == "absorbing")
+    condition.kind = fem::BoundaryKind::absorbing;
+  else if (kind == "velocity")
+  {
+    condition.kind = fem::BoundaryKind::velocity;
+    std::string word;
+    if (!(stream >> condition.velocity[0] >> condition.velocity[1]))
+      fail("give 'velocity VX VY ramp T'");
+    if (stream >> word && (word != "ramp" || !(stream >> condition.ramp) || condition.ramp < 0.))
+      fail("give 'velocity VX VY ramp T'");
+  }
+  else
+    fail("'" + kind + "' is no kind, give free, fixed, roller, absorbing or velocity");
+  std::string rest;
+  if (stream >> rest)
+    fail("'" + rest + "' is not understood");
+  return condition;
+}
+
+Case::Tool read_tool(const Reader &reader)
+{
+  Case::Tool tool;
+  tool.present = reader.text("Tool", "Kind") == "disc";
+  tool.radius = reader.number("Tool", "Radius");
+  for (const auto &row : reader.rows("Tool", "Path", 3))
+  {
+    if (!tool.path.empty() && row[0] <= tool.path.back().first)
+      reader.fail("Tool", "Path", "times must increase");
+    tool.path.push_back({row[0], Eigen::Vector3d(row[1], row[2], 0.)});
+  }
+  if (tool.present && tool.path.empty())
+    reader.fail("Tool", "Path", "a tool needs at least one way point 't x y'");
+  tool.smoothing_time = reader.number("Tool", "Smoothing time");
+  tool.rolling = reader.flag("Tool", "Rolling");
+  tool.stiffness_ratio = reader.number("Tool", "Stiffness ratio");
+  tool.friction = reader.number("Tool", "Friction");
+  tool.damping = reader.number("Tool", "Damping ratio");
+  return tool;
+}
+
+template <typename Choice>
+Choice choose(const std::string &text, const std::vector<std::pair<std::string, Choice>> &choices)
+{
+  for (const auto &choice : choices)
+    if (choice.first == text)
+      return choice.second;
+  throw InputError("'" + text + "' is not a known choice");
+}
+} // namespace
+
+Mode mode_from_name(const std::string &name)
+{
+  return choose<Mode>(name, {{"adaptive", Mode::adaptive}, {"fixed", Mode::fixed}, {"dem", Mode::dem}, {"fem", Mode::fem}});
+}
+
+std::string name_of(Mode mode)
+{
+  switch (mode)
+  {
+  case Mode::adaptive:
+    return "adaptive";
+  case Mode::fixed:
+    return "fixed";
+  case Mode::dem:
+    return "dem";
+  default:
+    return "fem";
+  }
+}
+
+Case read_case(const std::string &directory, const std::vector<Override> &overrides)
+{
+  dealii::ParameterHandler handler;
+  read_handler(handler, directory, overrides);
+  const Reader reader(handler, directory + "/case.prm");
+
+  Case result;
+  result.directory = directory;
+  result.name = std::filesystem::weakly_canonical(directory).filename().string();
+  const auto in_case = [&](const std::string &path)
+  { return std::filesystem::path(path).is_absolute() ? path : directory + "/" + path; };
+
+  result.rock.density = reader.number("Rock", "Density");
+  result.rock.young = reader.number("Rock", "Young modulus");
+  result.rock.poisson = reader.number("Rock", "Poisson ratio");
+  result.tensile_strength = reader.number("Rock", "Tensile strength");
+  result.compressive_strength = reader.number("Rock", "Compressive strength");
+
+  const std::string mesh_file = reader.text("Mesh", "File");
+  result.mesh.gmsh_file = mesh_file.empty() ? "" : in_case(mesh_file);
+  if (!mesh_file.empty() && !std::filesystem::exists(result.mesh.gmsh_file))
+    reader.fail("Mesh", "File", result.mesh.gmsh_file + " does not exist");
+  result.mesh.lower = reader.point("Mesh", "Lower corner");
+  result.mesh.upper = reader.point("Mesh", "Upper corner");
+  result.mesh.cell_size = reader.number("Mesh", "Cell size");
+  result.mesh.fine_lower = reader.point("Mesh", "Fine zone lower corner");
+  result.mesh.fine_upper = reader.point("Mesh", "Fine zone upper corner");
+  result.mesh.growth = reader.number("Mesh", "Growth ratio");
+  result.mesh.largest_cell_size = reader.number("Mesh", "Largest cell size");
+  if (mesh_file.empty() && !((result.mesh.upper - result.mesh.lower).head<2>().minCoeff() > 0.))
+    reader.fail("Mesh", "Upper corner", "must be larger than the lower corner in x and y");
+
+  for (const std::string &item : split(reader.text("Boundary", "Conditions"), ';'))
+    result.boundary_conditions.push_back(boundary_condition(reader, item));
+
+  result.packing.kind = reader.text("Packing", "Kind");
+  result.packing.mean_diameter = reader.number("Packing", "Mean diameter");
+  result.packing.radius_spread = reader.number("Packing", "Radius spread");
+  result.packing.gap_tolerance = reader.number("Packing", "Gap tolerance");
+  result.packing.seed = static_cast<unsigned>(reader.integer("Packing", "Seed"));
+  std::string packing_file = reader.text("Packing", "File");
+  if (packing_file.empty())
+    packing_file = "packing_" + result.packing.kind + "_" + std::to_string(std::lround(1e6 * result.packing.mean_diameter)) +
+                   "um_seed" + std::to_string(result.packing.seed) + ".h5";
+  result.packing_file = in_case(packing_file);
+
+  result.bond.R_n = reader.number("Bond", "Tensile strength");
+  result.bond.R_t = reader.number("Bond", "Shear strength");
+  result.bond.friction = reader.number("Bond", "Friction");
+  result.bond.damping = reader.number("Bond", "Damping ratio");
+  result.local_damping = reader.number("Bond", "Local damping");
+
+  result.constraint = choose<ConstraintMethod>(
+    reader.text("Coupling", "Method"),
+    {{"penalty", ConstraintMethod::penalty}, {"penalty_mass_scaled", ConstraintMethod::penalty_mass_scaled}});
+  result.overlap_width = reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
+  result.weight_function = choose<WeightFunction>(
+    reader.text("Coupling", "Weight function"),
+    {{"linear", WeightFunction::linear}, {"cubic", WeightFunction::cubic}, {"constant", WeightFunction::constant}});
+  result.penalty_ratio = reader.number("Coupling", "Penalty ratio");
+
+  result.criterion =
+    choose<Criterion>(reader.text("Adaptivity", "Criterion"), {{"maximum_principal", Criterion::maximum_principal},
+                                                               {"von_mises", Criterion::von_mises},
+                                                               {"mohr_coulomb", Criterion::mohr_coulomb}});
+  result.sigma_star = reader.number("Adaptivity", "Sigma star");
+  result.check_interval = reader.integer("Adaptivity", "Check interval");
+  for (const auto &row : reader.rows("Fixed", "Region", 4))
+    result.fixed_region.push_back({Eigen::Vector3d(row[0], row[1], -1.), Eigen::Vector3d(row[2], row[3], 1.)});
+
+  result.tool = read_tool(reader);
+  result.end_time = reader.number("Time", "End time");
+  result.time_step = reader.number("Time", "Time step");
+  result.safety = reader.number("Time", "Safety");
+  result.history_interval = reader.integer("Output", "History interval");
+  result.n_snapshots = reader.integer("Output", "Snapshots");
+  return result;
+}
+
+void write_used_parameters(const std::string &directory, const std::vector<Override> &overrides, std::ostream &out)
+{
+  dealii::ParameterHandler handler;
+  read_handler(handler, directory, overrides);
+  handler.print_parameters(out, dealii::ParameterHandler::Text);
+}
+
+void write_parameter_reference(std::ostream &out)
+{
+  out << "# Parameters of a case\n\nWritten by `kerf params`. All values in SI units; `--set Section/Key=value` overrides the "
+         "file.\n";
+  std::string section;
+  for (const Parameter &parameter : parameter_table())
+  {
+    if (parameter.section != section)
+    {
+      section = parameter.section;
+      out << "\n## " << section << "\n\n| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n";
+    }
+    std::string allowed = range_text(parameter);
+    std::replace(allowed.begin(), allowed.end(), '|', ',');
+    std::replace(allowed.begin(), allowed.end(), '\n', ' ');
+    out << "| " << parameter.key << " | " << parameter.unit << " | "
+        << (parameter.default_value.empty() ? "" : "`" + parameter.default_value + "`") << " | " << allowed << " | "
+        << parameter.meaning << (parameter.source.empty() ? "" : " (" + parameter.source + ")") << " |\n";
+  }
+}
+} // namespace kerf

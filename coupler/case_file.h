@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "dem_side/dem_side.h"
+#include "fem_side/fem_side.h"
+
+#include <iosfwd>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kerf
+{
+/// Which models a run uses; all four read the same case file.
+enum class Mode
+{
+  adaptive, ///< finite elements everywhere at first, particles where sigma > sigma*
+  fixed,    ///< a predefined particle region
+  dem,      ///< particles everywhere
+  fem       ///< finite elements only
+};
+Mode mode_from_name(const std::string &name);
+std::string name_of(Mode mode);
+
+enum class WeightFunction
+{
+  linear,
+  cubic,
+  constant
+};
+
+enum class Criterion
+{
+  maximum_principal, ///< largest principal stress
+  von_mises,
+  mohr_coulomb ///< sigma_1 - sigma_3 f_t/f_c, equal to the tensile strength on the failure line
+};
+
+enum class ConstraintMethod
+{
+  penalty,            ///< constant k_DF of the seed, eq. (4)
+  penalty_mass_scaled ///< k_i = beta mu_i/dt^2
+};
+
+struct Box
+{
+  Eigen::Vector3d lower, upper;
+};
+
+/// Everything a case file says, in SI units.
+struct Case
+{
+  std::string directory; ///< of case.prm; relative paths in it start here
+  std::string name;
+
+  fem::Material rock;
+  double tensile_strength = 0.;     ///< f_t [Pa], Mohr-Coulomb measure only
+  double compressive_strength = 0.; ///< f_c [Pa], Mohr-Coulomb measure only
+
+  fem::MeshSettings mesh;
+  std::vector<fem::BoundaryCondition> boundary_conditions;
+
+  std::string packing_file; ///< absolute
+  dem::PackingSettings packing;
+
+  dem::BondParameters bond; ///< k_n, k_t are filled in from the calibrated store
+  double local_damping = 0.;
+
+  ConstraintMethod constraint = ConstraintMethod::penalty_mass_scaled;
+  WeightFunction weight_function = WeightFunction::linear;
+  double overlap_width = 0.; ///< [m]
+  double penalty_ratio = 0.; ///< beta (mass scaled) or k_DF/k_n (constant)
+
+  Criterion criterion = Criterion::mohr_coulomb;
+  double sigma_star = 0.; ///< [Pa]
+  int check_interval = 0; ///< steps
+
+  std::vector<Box> fixed_region;
+
+  struct Tool
+  {
+    bool present = true;
+    double radius = 0.;                                   ///< [m]
+    std::vector<std::pair<double, Eigen::Vector3d>> path; ///< time [s], centre [m]
+    double smoothing_time = 0.;                           ///< [s]
+    bool rolling = true;
+    double stiffness_ratio = 0.; ///< contact stiffness / k_n
+    double friction = 0.;
+    double damping = 0.; ///< fraction of critical
+  } tool;
+
+  double end_time = 0.;  ///< [s]
+  double time_step = 0.; ///< [s]; 0: safety x stable step
+  double safety = 0.;
+
+  int history_interval = 0; ///< steps
+  int n_snapshots = 0;
+
+  int dim() const { return packing.dim; }
+};
+
+/// "Section/Key=value"
+using Override = std::string;
+
+/// Reads DIRECTORY/case.prm strictly. Throws InputError: file, section/key, what is wrong, what is allowed.
+Case read_case(const std::string &directory, const std::vector<Override> &overrides);
+
+/// All parameters of the case with the values used, as a case file that can be run again.
+void write_used_parameters(const std::string &directory, const std::vector<Override> &overrides, std::ostream &out);
+
+/// Reference of all parameters with unit, default, allowed values and meaning (Markdown).
+void write_parameter_reference(std::ostream &out);
+} // namespace kerf

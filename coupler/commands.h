@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/case_file.h"
+
+#include <mpi.h>
+#include <string>
+#include <vector>
+
+namespace kerf
+{
+struct RunOptions
+{
+  std::string case_directory;
+  Mode mode = Mode::adaptive;
+  std::vector<Override> overrides;
+  std::string output; ///< empty: results/<case>, or results/<case>_<mode> for the other modes
+  bool overwrite = false;
+
+  std::string results_directory() const;
+};
+
+/// kerf run. Returns the exit code: 0, or 128 + signal after an interrupt with everything written. Collective.
+int run_case(const RunOptions &options, MPI_Comm comm);
+
+/// kerf check: validates, prints what a run would be. Collective.
+int check_case(const RunOptions &options, MPI_Comm comm);
+
+/// kerf pack: generates and calibrates the store. Collective.
+int pack_case(const RunOptions &options, MPI_Comm comm);
+
+/// Name and versions of kerf and its libraries, one a line.
+std::string version_text();
+} // namespace kerf

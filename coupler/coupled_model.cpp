@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/coupled_model.h"
+
+#include "coupler/input_error.h"
+#include "dem_side/bond_network.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace kerf
+{
+namespace
+{
+dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
+{
+  dem::Settings result;
+  result.comm = comm;
+  result.packing = &packing;
+  result.bond = settings.bond;
+  result.density = particle_density(settings, packing);
+  result.local_damping = settings.local_damping;
+  result.time_step = dt;
+  // Fragments fly: the domain is larger than the rock by its height on every side.
+  const Eigen::Vector3d extent = packing.upper - packing.lower;
+  const double margin = std::max(extent[1], 0.5 * extent[0]);
+  result.domain_lower = packing.lower.array() - margin;
+  result.domain_upper = packing.upper.array() + margin;
+  return result;
+}
+
+std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
+{
+  PenaltyConstraint::Settings penalty;
+  penalty.comm = comm;
+  penalty.mass_scaled = settings.constraint == ConstraintMethod::penalty_mass_scaled;
+  penalty.beta = settings.penalty_ratio;
+  penalty.stiffness = settings.penalty_ratio * settings.bond.k_n;
+  penalty.time_step = dt;
+  return std::make_unique<PenaltyConstraint>(penalty, packing.positions);
+}
+} // namespace
+
+CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
+                           MPI_Comm comm)
+  : settings(settings), mode(mode), fem_side(fem), packing(packing), dt(dt), comm(comm),
+    dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
+    regions(fem.mesh(), fem.quadrature_points(), packing.positions, settings.weight_function, settings.overlap_width),
+    activation(settings, fem.mesh(), comm), constraint(make_constraint(settings, packing, dt, comm)),
+    boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
+    cutter(settings.tool, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm)
+{
+}
+
+void CoupledModel::start()
+{
+  std::vector<int> cells;
+  if (mode == Mode::dem)
+  {
+    cells.resize(fem_side.mesh().n_cells());
+    std::iota(cells.begin(), cells.end(), 0);
+  }
+  else if (mode == Mode::fixed)
+    cells = cells_inside(fem_side.mesh(), settings.fixed_region);
+  fem_side.compute_forces();
+  if (!cells.empty())
+    convert(cells);
+}
+
+void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
+{
+  clock.lap(Part::dem);
+  const bool with_fem = fem_side.n_active_cells() > 0;
+  const bool stepping = phase == dem::Phase::step;
+  if (stepping)
+  {
+    ++n_steps;
+    now = n_steps * dt;
+  }
+
+  if (with_fem)
+  {
+    if (stepping)
+      fem_side.begin_step(dt, now); // the particles have drifted already
+    fem_side.compute_forces();
+  }
+  clock.lap(Part::fem);
+
+  local_coupling_energy = constraint->apply(particles, fem_side);
+  clock.lap(Part::exchange);
+
+  if (cutter.present())
+  {
+    if (stepping)
+      cutter.move_to(now);
+    cutter.apply(particles, fem_side);
+    const Tool::Load &load = cutter.local_load();
+    if (stepping)
+    {
+      local_impulse.force += dt * load.force;
+      impulse_duration += dt;
+      local_tool_work += 0.5 * dt * (last_power + load.power);
+    }
+    last_power = load.power;
+  }
+  clock.lap(Part::tool);
+
+  boundary.apply(particles, now, dt);
+  clock.lap(Part::dem);
+  if (with_fem && stepping)
+    fem_side.end_step(dt, now);
+  clock.lap(Part::fem); // the particles' second half kick follows when the hook returns
+}
+
+void CoupledModel::advance(int steps)
+{
+  clock.restart();
+  dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &particles) { cycle(phase, particles); });
+  clock.lap(Part::dem);
+}
+
+bool CoupledModel::adapt()
+{
+  if (mode != Mode::adaptive)
+    return false;
+  clock.restart();
+  const std::vector<int> cells = activation.cells_to_convert(fem_side, regions);
+  if (!cells.empty())
+    convert(cells);
+  clock.lap(Part::activation);
+  return !cells.empty();
+}
+
+void CoupledModel::convert(const std::vector<int> &cells)
+{
+  ActivationEvent event;
+  event.step = n_steps;
+  event.time = now;
+  event.before = take_inventory(fem_side, *dem_side, comm);
+  event.cells = static_cast<int>(cells.size());
+
+  regions.convert(cells);
+  // Project while the finite elements still carry the field everywhere.
+  const std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_active(), comm);
+  event.particles = static_cast<int>(particles.size());
+
+  fem_side.set_weights(regions.fe_weights());
+  dem_side->insert(particles);
+  dem_side->set_weights(regions.de_weights());
+
+  std::vector<int> constrained;
+  for (int i = 0; i < packing.size(); ++i)
+    if (regions.is_constrained(i) && dem_side->is_active()[i])
+      constrained.push_back(i);
+  constraint->set_particles(constrained);
+  dem_side->setup([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); });
+
+  event.after = take_inventory(fem_side, *dem_side, comm);
+  activation_events.push_back(event);
+}
+
+ToolForce CoupledModel::take_tool_force()
+{
+  ToolForce result;
+  if (cutter.present() && impulse_duration > 0.)
+    result.mean = -cutter.total(local_impulse).force / impulse_duration;
+  local_impulse = Tool::Load();
+  impulse_duration = 0.;
+  return result;
+}
+
+EnergyLedger CoupledModel::energies() const
+{
+  EnergyLedger ledger;
+  double sums[2] = {local_coupling_energy, local_tool_work};
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm);
+  const dem::Energies particles = dem_side->energies();
+  const fem::Energies continuum = fem_side.energies();
+  ledger.kinetic = particles.kinetic + continuum.kinetic;
+  ledger.elastic = particles.elastic + continuum.elastic;
+  ledger.coupling = sums[0];
+  ledger.tool_work = sums[1];
+  ledger.damping = particles.damping;
+  ledger.friction = particles.friction;
+  ledger.released = particles.released;
+  ledger.boundary_work = continuum.boundary;
+  ledger.absorbed = continuum.absorbed;
+  return ledger;
+}
+
+double particle_density(const Case &settings, const dem::Packing &packing)
+{
+  return settings.rock.density / packing.solid_fraction();
+}
+
+StableSteps stable_steps(const Case &settings, Mode mode, const fem::FemSide &fem, const dem::Packing &packing)
+{
+  StableSteps steps;
+  steps.fem = fem.stable_step();
+  const double density = particle_density(settings, packing);
+  const double omega = dem::largest_frequency(packing, settings.bond.k_n, settings.bond.k_t, density);
+  // Contact damping is a fraction xi of critical for a pair; the highest mode of the pack sees it through more contacts,
+  // xi_max = xi omega_max sqrt(m/(2 k_n)). Limit with damping: (2/omega) (sqrt(1 + xi^2) - xi).
+  double mass = 0.;
+  for (int i = 0; i < packing.size(); ++i)
+    mass += density * packing.volume(i) / packing.size();
+  const double xi = settings.bond.damping * omega * std::sqrt(mass / (2. * settings.bond.k_n));
+  steps.dem = 2. / omega * (std::sqrt(1. + xi * xi) - xi);
+
+  const bool coupled = mode == Mode::adaptive || mode == Mode::fixed;
+  double limit = mode == Mode::fem ? steps.fem : mode == Mode::dem ? steps.dem : std::min(steps.fem, steps.dem);
+  if (coupled && settings.constraint == ConstraintMethod::penalty_mass_scaled)
+  {
+    if (settings.penalty_ratio >= 2.)
+      throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
+                       " is unstable at any time step with Coupling/Method = penalty_mass_scaled, give less than 2 "
+                       "(0.25 is safe)");
+    limit *= std::sqrt(1. - 0.25 * settings.penalty_ratio);
+  }
+  else if (coupled)
+  {
+    // The lightest constrained particle: outermost row of the overlap, weight about d/(2 L_o).
+    const double lightest = mass * 0.5 * packing.mean_diameter / std::max(settings.overlap_width, packing.mean_diameter);
+    const double penalty_omega2 = settings.penalty_ratio * settings.bond.k_n / lightest;
+    limit = 2. / std::sqrt(4. / (limit * limit) + penalty_omega2);
+  }
+  steps.coupled = limit;
+  return steps;
+}
+} // namespace kerf

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/criterion.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
+
+namespace kerf
+{
+double stress_measure(Criterion criterion, const Eigen::Matrix<double, 6, 1> &sigma, double tensile_strength,
+                      double compressive_strength)
+{
+  if (criterion == Criterion::von_mises)
+  {
+    const double a = sigma[0] - sigma[1], b = sigma[1] - sigma[2], c = sigma[2] - sigma[0];
+    return std::sqrt(0.5 * (a * a + b * b + c * c) + 3. * sigma.tail<3>().squaredNorm());
+  }
+  Eigen::Matrix3d tensor;
+  tensor << sigma[0], sigma[5], sigma[4], sigma[5], sigma[1], sigma[3], sigma[4], sigma[3], sigma[2];
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(tensor, Eigen::EigenvaluesOnly);
+  const double largest = solver.eigenvalues()[2], smallest = solver.eigenvalues()[0];
+  if (criterion == Criterion::maximum_principal)
+    return largest;
+  return largest - smallest * tensile_strength / compressive_strength;
+}
+} // namespace kerf

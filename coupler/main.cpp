@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/commands.h"
+#include "coupler/input_error.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <mpi.h>
+
+namespace
+{
+/// Adds what run, check and pack have in common.
+void add_case_options(CLI::App &command, kerf::RunOptions &options, std::string &mode, bool with_mode)
+{
+  command.add_option("case", options.case_directory, "case directory (holds case.prm)")->required();
+  command.add_option("--set", options.overrides, "Section/Key=value, overrides the case file")->allow_extra_args(false);
+  if (with_mode)
+    command.add_option("--mode", mode, "adaptive, fixed, dem or fem")
+      ->check(CLI::IsMember({"adaptive", "fixed", "dem", "fem"}))
+      ->capture_default_str();
+}
+
+/// Pictures are drawn by a script from the files of the run, after MPI has ended (no fork beside its threads).
+void draw_figures(const std::string &directory)
+{
+  if (!std::filesystem::exists(KERF_FIGURES_SCRIPT) || !std::filesystem::exists(directory + "/history.h5"))
+    return;
+  const std::string quoted = "'" + directory + "'";
+  if (directory.find('\'') != std::string::npos ||
+      std::system(("/usr/bin/python3 " KERF_FIGURES_SCRIPT " " + quoted).c_str()) != 0)
+    std::cerr << "figures were not drawn; try: python3 " << KERF_FIGURES_SCRIPT << " " << quoted << std::endl;
+}
+} // namespace
+
+int main(int argc, char **argv)
+{
+  CLI::App app("kerf: adaptive coupling of discrete and finite elements for rock cutting");
+  kerf::RunOptions options;
+  std::string mode = "adaptive";
+  bool version = false;
+  app.add_flag("--version", version, "versions of kerf and its libraries");
+  CLI::App *run = app.add_subcommand("run", "runs a case");
+  add_case_options(*run, options, mode, true);
+  run->add_option("--output", options.output, "results directory (default: results/<case>)");
+  run->add_flag("--overwrite", options.overwrite, "replaces the run that the results directory holds");
+  CLI::App *check = app.add_subcommand("check", "validates a case, prints steps, sizes and estimates, runs nothing");
+  add_case_options(*check, options, mode, true);
+  CLI::App *pack = app.add_subcommand("pack", "generates and calibrates the stored packing of a case");
+  add_case_options(*pack, options, mode, false);
+  CLI::App *params = app.add_subcommand("params", "prints the reference of all parameters");
+  app.require_subcommand(0, 1);
+  try
+  {
+    app.parse(argc, argv);
+  }
+  catch (const CLI::ParseError &error)
+  {
+    const int code = app.exit(error);
+    return code == 0 ? 0 : 2;
+  }
+
+  MPI_Init(&argc, &argv);
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  int code = 0;
+  std::string results;
+  try
+  {
+    options.mode = kerf::mode_from_name(mode);
+    if (version)
+      std::cout << (rank == 0 ? kerf::version_text() + "\n" : "");
+    else if (*params)
+    {
+      if (rank == 0)
+        kerf::write_parameter_reference(std::cout);
+    }
+    else if (*check)
+      code = kerf::check_case(options, MPI_COMM_WORLD);
+    else if (*pack)
+      code = kerf::pack_case(options, MPI_COMM_WORLD);
+    else if (*run)
+    {
+      code = kerf::run_case(options, MPI_COMM_WORLD);
+      results = options.results_directory();
+    }
+    else if (rank == 0)
+      std::cout << app.help();
+  }
+  catch (const kerf::InputError &error)
+  {
+    if (rank == 0)
+      std::cerr << "kerf: " << error.what() << std::endl;
+    code = 2;
+  }
+  catch (const kerf::UnstableRun &error)
+  {
+    if (rank == 0)
+      std::cerr << "kerf: " << error.what() << std::endl;
+    code = 3;
+  }
+  catch (const std::exception &error)
+  {
+    // An error on one rank only would leave the others waiting.
+    std::cerr << "kerf: rank " << rank << ": " << error.what() << std::endl;
+    MPI_Abort(MPI_COMM_WORLD, 1);
+  }
+  MPI_Finalize();
+  if (rank == 0 && !results.empty())
+    draw_figures(results);
+  return code;
+}

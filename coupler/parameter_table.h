@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <deal.II/base/patterns.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace kerf
+{
+/// One entry of the case file. The table is the only place where keys, units and allowed values are written down: parser,
+/// error messages, echo and reference come from it.
+struct Parameter
+{
+  std::string section, key, default_value;
+  std::shared_ptr<dealii::Patterns::PatternBase> pattern;
+  std::string unit, meaning, source;
+};
+
+const std::vector<Parameter> &parameter_table();
+} // namespace kerf

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Reads history.h5 and snapshots.h5 of a run; means over its time series."""
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+
+class Unreadable(Exception):
+    """A results file that cannot be used; the text is one line for the user."""
+
+
+def open_results(directory, name):
+    """The open HDF5 file, or None when the run has not written it."""
+    path = Path(directory) / name
+    if not path.is_file():
+        return None
+    try:
+        return h5py.File(path, "r")
+    except OSError as error:
+        raise Unreadable(f"{path}: not a readable HDF5 file, perhaps of an interrupted run ({str(error).split('(')[0].strip()})")
+
+
+def two_dimensional(directory):
+    """True when the mesh of the run has quadrilaterals."""
+    try:
+        file = open_results(directory, "snapshots.h5")
+        if file is None:
+            return False
+        with file:
+            return "mesh/cells" in file and file["mesh/cells"].shape[1] == 4
+    except Unreadable:
+        return False  # snapshot_figures() reports it
+
+
+class History:
+    """Columns of history.h5, all of the same length; units as stored, with /m where two dimensions mean per metre."""
+
+    def __init__(self, directory):
+        file = open_results(directory, "history.h5")
+        if file is None:
+            raise Unreadable(f"{directory}: there is no history.h5")
+        with file:
+            columns = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset) and item.ndim == 1}
+            # A run that was stopped while it wrote a row leaves columns of two lengths.
+            self.rows = min((len(item) for item in columns.values()), default=0)
+            self.columns = {name: item[:self.rows].astype(float) for name, item in columns.items()}
+            self.units = {name: as_text(item.attrs.get("unit", "")) for name, item in columns.items()}
+        if two_dimensional(directory):
+            self.units = {name: unit + "/m" if unit in ("N", "J") else unit for name, unit in self.units.items()}
+        if "time" not in self.columns:
+            raise Unreadable(f"{directory}/history.h5: the column 'time' is missing")
+
+    def __contains__(self, name):
+        return name in self.columns
+
+    def __getitem__(self, name):
+        return self.columns[name]
+
+
+def as_text(value):
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+class Snapshot:
+    """One group of snapshots.h5. Missing data sets are empty."""
+
+    def __init__(self, group, n_nodes, n_cells):
+        def read(name, shape):
+            return group[name][()].reshape(shape) if name in group and group[name].size else np.empty((0, *shape[1:]))
+
+        self.time = float(group.attrs.get("time", np.nan))
+        self.displacement = read("fem_displacement", (-1, 3))
+        if len(self.displacement) != n_nodes:
+            self.displacement = np.zeros((n_nodes, 3))
+        self.alpha, self.stress = read("cell_alpha", (-1,)), read("cell_stress", (-1,))
+        self.alpha = self.alpha if len(self.alpha) == n_cells else np.ones(n_cells)
+        self.stress = self.stress if len(self.stress) == n_cells else np.full(n_cells, np.nan)
+        self.position, self.radius = read("particle_position", (-1, 3)), read("particle_radius", (-1,))
+        n = len(self.radius)
+        self.weight, self.damage = read("particle_weight", (-1,)), read("particle_damage", (-1,))
+        self.weight = self.weight if len(self.weight) == n else np.ones(n)
+        self.damage = self.damage if len(self.damage) == n else np.zeros(n)
+        self.broken = read("bond_broken_position", (-1, 3))
+        self.tool_center = read("tool_center", (-1,))
+        self.tool_radius = float(group.attrs.get("tool_radius", 0.))
+
+
+class Snapshots:
+    """Mesh and the names of the snapshots; each is read when it is drawn."""
+
+    def __init__(self, file):
+        self.file = file
+        self.steps = sorted(name for name in file if name.startswith("step_"))
+        mesh = file.get("mesh")
+        self.nodes = mesh["nodes"][()] if mesh else np.empty((0, 3))
+        self.cells = mesh["cells"][()].astype(int) if mesh else np.empty((0, 4), int)
+
+    def read(self, step):
+        return Snapshot(self.file[step], len(self.nodes), len(self.cells))
+
+
+def running_mean(values, window):
+    """Centred mean over up to @p window values, over fewer at both ends."""
+    half = max(int(window), 1) // 2
+    total = np.concatenate(([0.], np.cumsum(values)))
+    index = np.arange(len(values))
+    first, last = np.maximum(index - half, 0), np.minimum(index + half + 1, len(values))
+    return (total[last] - total[first]) / (last - first)
+
+
+def first_contact(time, force):
+    """Time at which the force passes a thousandth of its peak."""
+    force = np.abs(np.nan_to_num(force))
+    touched = np.nonzero(force > 1e-3 * force.max(initial=0.))[0]
+    return time[touched[0]] if len(touched) else time[0]
+
+
+def steady_window(time, force):
+    """The second half of the time after first contact: (start, end)."""
+    return 0.5 * (first_contact(time, force) + time[-1]), time[-1]
+
+
+def time_mean(time, values, start, end):
+    """Mean over the time window by the trapezoidal rule, so that uneven output intervals do not matter."""
+    inside = (time >= start) & (time <= end)
+    t, v = time[inside], values[inside]
+    if len(t) < 2:
+        return float(v.mean()) if len(v) else float("nan")
+    return float(np.trapz(v, t) / (t[-1] - t[0]))

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/scene.h"
+
+#include "coupler/input_error.h"
+#include "dem_side/bond_network.h"
+
+#include <cmath>
+#include <filesystem>
+#include <iomanip>
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+std::string case_path(const Case &settings)
+{
+  return settings.directory + "/case.prm";
+}
+
+int rank_of(MPI_Comm comm)
+{
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+/// Runs @p action on the first rank and throws its error on every rank, so that no rank waits for one that gave up.
+template <typename Action>
+void on_first_rank(MPI_Comm comm, const Action &action)
+{
+  std::string error;
+  if (rank_of(comm) == 0)
+  {
+    try
+    {
+      action();
+    }
+    catch (const std::exception &exception)
+    {
+      error = exception.what();
+      if (error.empty())
+        error = "unknown error";
+    }
+  }
+  int length = static_cast<int>(error.size());
+  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+  error.resize(length);
+  MPI_Bcast(error.data(), length, MPI_CHAR, 0, comm);
+  if (length > 0)
+    throw InputError(error);
+}
+
+/// Box that the mesh fills.
+Box mesh_box(const fem::Mesh &mesh)
+{
+  return {mesh.nodes.rowwise().minCoeff(), mesh.nodes.rowwise().maxCoeff()};
+}
+
+/// What of a stored packing does not fit the case; empty when it fits.
+std::string mismatch(const dem::Packing &packing, const Case &settings, const Box &box)
+{
+  const auto differs = [](double a, double b, double scale) { return std::abs(a - b) > 1e-6 * scale; };
+  std::ostringstream text;
+  const double d = settings.packing.mean_diameter;
+  if (packing.size() == 0)
+    text << "holds no particle";
+  else if (packing.kind != settings.packing.kind)
+    text << "holds a " << packing.kind << " packing, Packing/Kind asks for " << settings.packing.kind;
+  else if (differs(packing.mean_diameter, d, d))
+    text << "has mean diameter " << packing.mean_diameter << " m, Packing/Mean diameter asks for " << d;
+  else if (differs(packing.gap_tolerance, settings.packing.gap_tolerance, 1.))
+    text << "has gap tolerance " << packing.gap_tolerance << ", Packing/Gap tolerance asks for "
+         << settings.packing.gap_tolerance;
+  else if (packing.kind == "random" && packing.seed != settings.packing.seed)
+    text << "has seed " << packing.seed << ", Packing/Seed asks for " << settings.packing.seed;
+  else if ((packing.lower - box.lower).head<2>().norm() + (packing.upper - box.upper).head<2>().norm() > 1e-6 * d)
+    text << "fills the box (" << packing.lower.head<2>().transpose() << ") to (" << packing.upper.head<2>().transpose()
+         << ") m, the mesh fills (" << box.lower.head<2>().transpose() << ") to (" << box.upper.head<2>().transpose() << ")";
+  return text.str();
+}
+
+/// Takes particles out that lie outside the mesh (the packing fills the box around it).
+void cut_to_mesh(dem::Packing &packing, const fem::FemSide &fem)
+{
+  const std::vector<fem::Interpolation> places = fem.locate(packing.positions);
+  std::vector<int> kept;
+  for (int i = 0; i < packing.size(); ++i)
+    if (places[i].cell >= 0)
+      kept.push_back(i);
+  if (static_cast<int>(kept.size()) == packing.size())
+    return;
+  packing.positions = Eigen::Matrix3Xd(packing.positions(Eigen::all, kept));
+  packing.radii = Eigen::VectorXd(packing.radii(kept));
+  dem::bond_by_gap(packing, packing.gap_tolerance);
+}
+
+void check_overlap(const Case &settings, const fem::FemSide &fem)
+{
+  const Box box = mesh_box(fem.mesh());
+  const double extent = (box.upper - box.lower).head(settings.dim()).minCoeff();
+  if (settings.overlap_width >= extent)
+  {
+    std::ostringstream text;
+    text << case_path(settings) << ": Coupling/Overlap width = " << settings.overlap_width / settings.packing.mean_diameter
+         << " d = " << settings.overlap_width << " m is wider than the mesh, give less than its smallest extent "
+         << extent / settings.packing.mean_diameter << " d";
+    throw InputError(text.str());
+  }
+}
+
+void check_tool(const Case &settings, const fem::FemSide &fem)
+{
+  if (!settings.tool.present)
+    return;
+  const double clearance = Tool::clearance(settings.tool, fem);
+  if (clearance < 0.)
+  {
+    std::ostringstream text;
+    text << case_path(settings) << ": Tool/Path: the disc starts " << -clearance
+         << " m inside the rock, let its first way point be at least Tool/Radius = " << settings.tool.radius
+         << " m away from it";
+    throw InputError(text.str());
+  }
+}
+} // namespace
+
+std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
+{
+  fem::Settings fem_settings;
+  fem_settings.comm = comm;
+  fem_settings.dim = settings.dim();
+  fem_settings.mesh = settings.mesh;
+  fem_settings.material = settings.rock;
+  fem_settings.boundary_conditions = settings.boundary_conditions;
+  try
+  {
+    return fem::make_fem_side(fem_settings);
+  }
+  catch (const std::exception &error)
+  {
+    throw InputError(case_path(settings) + ": Mesh: " + error.what());
+  }
+}
+
+void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm)
+{
+  const Box box = mesh_box(fem.mesh());
+  on_first_rank(comm,
+                [&]
+                {
+                  if (std::filesystem::exists(settings.packing_file))
+                    packing = dem::load_packing(settings.packing_file);
+                  else
+                  {
+                    dem::PackingSettings wanted = settings.packing;
+                    wanted.lower = box.lower;
+                    wanted.upper = box.upper;
+                    console.message("generating the packing " + settings.packing_file);
+                    packing = dem::generate_packing(wanted, [&](double done, const std::string &text)
+                                                    { console.progress(done, "packing: " + text); });
+                    console.finish_progress();
+                    cut_to_mesh(packing, fem);
+                    if (packing.size() == 0)
+                      throw InputError(case_path(settings) +
+                                       ": Packing/Mean diameter = " + std::to_string(settings.packing.mean_diameter) +
+                                       " leaves the packing empty, give less than the extent of the mesh");
+                    dem::save_packing(packing, settings.packing_file);
+                  }
+                  const std::string wrong = mismatch(packing, settings, box);
+                  if (!wrong.empty())
+                    throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
+
+                  const dem::ElasticCalibration &known = packing.calibration;
+                  if (std::abs(known.target_young - settings.rock.young) > 1e-9 * settings.rock.young ||
+                      std::abs(known.target_poisson - settings.rock.poisson) > 1e-12)
+                  {
+                    console.message("calibrating k_n, k_t: static solve of the bond network");
+                    packing.calibration = dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson);
+                    dem::save_packing(packing, settings.packing_file);
+                  }
+                });
+  if (rank_of(comm) != 0)
+    packing = dem::load_packing(settings.packing_file);
+}
+
+std::string packing_summary(const dem::Packing &packing)
+{
+  std::ostringstream text;
+  text << std::setprecision(4) << packing.size() << " particles (" << packing.kind << "), " << packing.bonds.size()
+       << " bonds, solid fraction " << packing.solid_fraction() << ", coordination " << packing.coordination()
+       << "\nk_n = " << packing.calibration.k_n << ", k_t = " << packing.calibration.k_t
+       << " N/m, achieved E = " << packing.calibration.achieved_young / 1e9
+       << " GPa, nu = " << packing.calibration.achieved_poisson << ", anisotropy " << 100. * packing.calibration.anisotropy
+       << " %";
+  return text.str();
+}
+
+Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
+{
+  Scene scene;
+  scene.settings = settings;
+  scene.fem = build_fem(settings, comm);
+  if (mode == Mode::adaptive || mode == Mode::fixed)
+    check_overlap(settings, *scene.fem);
+  if (mode == Mode::fixed && cells_inside(scene.fem->mesh(), settings.fixed_region).empty())
+    throw InputError(case_path(settings) + ": Fixed/Region holds no cell, mode fixed needs a region inside the mesh");
+  check_tool(settings, *scene.fem);
+
+  build_packing(settings, *scene.fem, scene.packing, console, comm);
+  scene.settings.bond.k_n = scene.packing.calibration.k_n;
+  scene.settings.bond.k_t = scene.packing.calibration.k_t;
+
+  scene.stable = stable_steps(scene.settings, mode, *scene.fem, scene.packing);
+  if (settings.time_step > scene.stable.coupled)
+  {
+    std::ostringstream text;
+    text << case_path(settings) << ": Time/Time step = " << settings.time_step << " s is above the stable step "
+         << scene.stable.coupled << " s of mode " << name_of(mode) << " (finite elements " << scene.stable.fem
+         << " s, particles " << scene.stable.dem << " s); give less, or 0 for Safety x stable step";
+    throw InputError(text.str());
+  }
+  scene.dt = settings.time_step > 0. ? settings.time_step : settings.safety * scene.stable.coupled;
+  return scene;
+}
+} // namespace kerf

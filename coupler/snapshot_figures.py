@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Pictures of the evolving interface: finite elements, overlap, particles, broken bonds, tool."""
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import EllipseCollection, PolyCollection
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
+
+from results_file import Snapshots, Unreadable, open_results
+
+STRESS_COLOURS = LinearSegmentedColormap.from_list("stress", ["#f4f7fa", "#b5cfe3", "#5b93c0", "#1f5488", "#0b2547"])
+DAMAGE_COLOURS = LinearSegmentedColormap.from_list("damage", ["#f0dfb8", "#f2a93b", "#d1421f", "#5c0a10"])
+OVERLAP_COLOUR, TOOL_COLOUR, BREAK_COLOUR = "#8e44ad", "#c3c8cf", "#111111"
+POLYGON_ORDER = [0, 1, 3, 2]  # corners of a cell are stored in lexicographic order
+HEADROOM = 0.3  # height shown above the rock, as a fraction of the height of the rock that is shown
+MILLI = 1e3
+
+
+def chosen_steps(steps):
+    """All of up to four snapshots, else four or six of equal distance with the last one."""
+    count = len(steps) if len(steps) <= 4 else 4 if len(steps) == 5 else 6
+    return [steps[i] for i in np.linspace(0, len(steps) - 1, count).round().astype(int)]
+
+
+def rock_box(snapshots, drawn):
+    """(lower, upper) of the rock: the mesh, or the particles when there is no mesh."""
+    points = snapshots.nodes if len(snapshots.nodes) else drawn[0].position
+    if not len(points):
+        raise Unreadable("snapshots.h5: neither a mesh nor particles")
+    return points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+
+
+def work_box(snapshots, drawn):
+    """(lower, upper) of the part of the rock where something happens: converted cells, broken bonds, the tool's tip."""
+    lower, upper = rock_box(snapshots, drawn)
+    points = [np.empty((0, 2))]
+    last = drawn[-1]
+    if len(snapshots.cells) and np.any(last.alpha >= 1.):
+        touched = snapshots.cells[last.alpha < 1.]
+        points.append(snapshots.nodes[touched.ravel(), :2])
+    if len(last.broken):
+        points.append(np.percentile(last.broken[:, :2], [1, 99], axis=0))
+    for snapshot in drawn:
+        if len(snapshot.tool_center) and snapshot.tool_radius > 0.:
+            tip = snapshot.tool_center[:2] - [0., snapshot.tool_radius]
+            points += [[tip - [0.2 * snapshot.tool_radius, 0.]], [tip + [0.2 * snapshot.tool_radius, 0.]]]
+    points = np.clip(np.concatenate(points), lower, upper)
+    if not len(points):
+        return lower, upper
+    # Some rock around it, and never so little that the panel becomes a strip.
+    low, high = points.min(axis=0), np.array([points[:, 0].max(), upper[1]])
+    margin = 0.12 * (high - low).max()
+    low, high = low - margin, high + [margin, 0.]
+    low[1] = min(low[1], high[1] - 0.3 * (high[0] - low[0]))
+    widen = 0.5 * max(1.2 * (high[1] - low[1]) - (high[0] - low[0]), 0.)
+    return np.maximum(low - [widen, 0.], lower), np.minimum(high + [widen, 0.], upper)
+
+
+def cell_polygons(snapshots, snapshot, cells):
+    """Deformed corners of cells, in mm."""
+    moved = (snapshots.nodes + snapshot.displacement)[:, :2] * MILLI
+    return moved[snapshots.cells[cells][:, POLYGON_ORDER]]
+
+
+def draw_cells(axis, snapshots, snapshot, colours):
+    shown = np.nonzero(snapshot.alpha > 0.)[0]
+    if not len(shown):
+        return
+    fill = colours.to_rgba(np.nan_to_num(snapshot.stress[shown]) / 1e6)
+    # The light tint of a cell in the overlap says how much of it is left.
+    alpha = snapshot.alpha[shown, None]
+    fill[:, :3] = alpha * fill[:, :3] + (1. - alpha)
+    axis.add_collection(PolyCollection(cell_polygons(snapshots, snapshot, shown), facecolors=fill, edgecolors="#a9b4bf",
+                                       linewidths=0.25, zorder=1))
+
+
+def draw_overlap(axis, snapshots, snapshot):
+    overlap = np.nonzero((snapshot.alpha > 0.) & (snapshot.alpha < 1.))[0]
+    if len(overlap):
+        axis.add_collection(PolyCollection(cell_polygons(snapshots, snapshot, overlap), facecolors="none",
+                                           edgecolors=OVERLAP_COLOUR, linewidths=0.5, zorder=3))
+
+
+def draw_discs(axis, position, diameter, **style):
+    """Discs true to size, positions and diameters in m."""
+    axis.add_collection(EllipseCollection(diameter * MILLI, diameter * MILLI, np.zeros(len(position)), units="xy",
+                                          offsets=position[:, :2] * MILLI, transOffset=axis.transData, **style))
+
+
+def draw_particles(axis, snapshot, colours):
+    if len(snapshot.radius):
+        fill = colours.to_rgba(snapshot.damage)
+        fill[:, 3] = 0.25 + 0.75 * np.clip(snapshot.weight, 0., 1.)
+        edge = np.column_stack([np.tile([0.35, 0.27, 0.15], (len(fill), 1)), 0.6 * fill[:, 3]])
+        draw_discs(axis, snapshot.position, 2. * snapshot.radius, facecolors=fill, edgecolors=edge, linewidths=0.15, zorder=2)
+    if len(snapshot.broken):
+        size = 0.5 * np.median(snapshot.radius) if len(snapshot.radius) else 0.
+        draw_discs(axis, snapshot.broken, np.full(len(snapshot.broken), size), facecolors=BREAK_COLOUR, edgecolors="none",
+                   zorder=4)
+
+
+def draw_snapshot(axis, snapshots, snapshot, box, colours):
+    draw_cells(axis, snapshots, snapshot, colours[0])
+    draw_particles(axis, snapshot, colours[1])
+    draw_overlap(axis, snapshots, snapshot)
+    if len(snapshot.tool_center) and snapshot.tool_radius > 0.:
+        axis.add_patch(Circle(snapshot.tool_center[:2] * MILLI, snapshot.tool_radius * MILLI, facecolor=TOOL_COLOUR,
+                              edgecolor="#3b3f45", linewidth=1.2, zorder=5))
+    # The tool is as a rule far larger than the rock that is shown: its lower part is enough.
+    lower, upper = box[0] * MILLI, box[1] * MILLI
+    head = HEADROOM * (upper[1] - lower[1])
+    axis.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1] + head), aspect="equal")
+    count = f"{len(snapshot.radius):,}".replace(",", "\u202f")
+    axis.set_title(f"t = {snapshot.time * MILLI:.3g} ms,  {count} particles")
+
+
+def colour_scales(drawn):
+    """Shared by all panels: stress up to the value that nearly all cells stay below, damage from 0 to 1."""
+    stress = np.concatenate([s.stress[(s.alpha > 0.) & np.isfinite(s.stress)] for s in drawn]) / 1e6
+    top = np.percentile(stress, 99.5) if len(stress) else 1.
+    return (ScalarMappable(Normalize(0., top if top > 0. else 1.), STRESS_COLOURS),
+            ScalarMappable(Normalize(0., 1.), DAMAGE_COLOURS))
+
+def place_panels(count, columns, ratio, width, highest):
+    """Figure, axes and the height of the strip below them for panels of one height/width ratio; all lengths in inches.
+    By hand, since matplotlib's layouts cut titles off when panels of fixed aspect share colour bars."""
+    left, right, top, gap_x, gap_y, strip = 0.8, 0.3, 0.4, 0.4, 0.5, 1.6
+    rows = -(-count // columns)
+    panel = (width - left - right - (columns - 1) * gap_x) / columns
+    panel = min(panel, (highest - top - strip - (rows - 1) * gap_y) / (rows * ratio))
+    # A narrow rock is centred; the colour bars need their width.
+    needed = left + right + columns * panel + (columns - 1) * gap_x
+    width = max(needed, min(width, 9.))
+    left += 0.5 * (width - needed)
+    height = top + strip + rows * panel * ratio + (rows - 1) * gap_y
+    figure = plt.figure(figsize=(width, height))
+    axes = []
+    for i in range(count):
+        row, column = divmod(i, columns)
+        x, y = left + column * (panel + gap_x), height - top - (row + 1) * panel * ratio - row * gap_y
+        axis = figure.add_axes([x / width, y / height, panel / width, panel * ratio / height])
+        axis.tick_params(labelleft=column == 0, labelbottom=i + columns >= count)
+        axis.set_ylabel("y [mm]" if column == 0 else "")
+        axis.set_xlabel("x [mm]" if i + columns >= count else "")
+        axes.append(axis)
+    return figure, axes
+
+
+def draw_keys(figure, drawn, colours):
+    """The colour bars that are needed and the legend of the marks, in one line below the panels."""
+    has_cells, has_particles = any(np.any(s.alpha > 0.) for s in drawn), any(len(s.radius) for s in drawn)
+    bars = [entry for entry, used in (((colours[0], "stress measure of activation [MPa]", "max"), has_cells),
+                                      ((colours[1], "damage: broken / stored bonds [-]", "neither"), has_particles)) if used]
+    marks = []
+    if any(np.any((s.alpha > 0.) & (s.alpha < 1.)) for s in drawn):
+        marks.append(Line2D([], [], color=OVERLAP_COLOUR, marker="s", markersize=8, markerfacecolor="none", linestyle="",
+                            label="overlap"))
+    if any(len(s.broken) for s in drawn):
+        marks.append(Line2D([], [], color=BREAK_COLOUR, marker="o", markersize=4, linestyle="", label="broken bond"))
+    height = figure.get_size_inches()[1]
+    total = 0.36 * len(bars) + 0.05 * (len(bars) - 1) + (0.14 if marks else 0.)
+    x = 0.5 - 0.5 * total
+    for bar, label, extend in bars:
+        figure.colorbar(bar, cax=figure.add_axes([x, 0.62 / height, 0.36, 0.18 / height]), orientation="horizontal",
+                        extend=extend, label=label)
+        x += 0.41
+    if marks:
+        figure.legend(handles=marks, loc="center left", bbox_to_anchor=(x - 0.02, 0.6 / height), frameon=False)
+
+
+def snapshot_figure(path, snapshots, drawn, box, columns, dpi):
+    """Panels of equal scale with their keys below."""
+    extent = (box[1] - box[0]) * [1., 1. + HEADROOM]
+    figure, axes = place_panels(len(drawn), min(columns, len(drawn)), extent[1] / extent[0], 13., 15.)
+    colours = colour_scales(drawn)
+    for axis, snapshot in zip(axes, drawn):
+        draw_snapshot(axis, snapshots, snapshot, box, colours)
+    draw_keys(figure, drawn, colours)
+    figure.savefig(path, dpi=dpi)
+    plt.close(figure)
+
+
+def snapshot_figures(directory, output):
+    """interface.png and final.png; returns what was left out and why, or None."""
+    file = open_results(directory, "snapshots.h5")
+    if file is None:
+        return "there is no snapshots.h5"
+    with file:
+        snapshots = Snapshots(file)
+        if not snapshots.steps:
+            return "snapshots.h5 holds no snapshot"
+        if snapshots.cells.shape[1] != 4:
+            return "the snapshots are three-dimensional"
+        drawn = [snapshots.read(step) for step in chosen_steps(snapshots.steps)]
+        box = work_box(snapshots, drawn)
+        wide, high = box[1] - box[0]
+        snapshot_figure(output / "interface.png", snapshots, drawn, box, 3 if wide < 1.6 * high else 2, 150)
+        snapshot_figure(output / "final.png", snapshots, drawn[-1:], rock_box(snapshots, drawn), 1, 200)
+    return None

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <array>
+#include <mpi.h>
+
+namespace kerf
+{
+/// Wall time of the parts of a step on this rank.
+enum class Part
+{
+  fem,
+  dem,
+  exchange,
+  tool,
+  activation,
+  output
+};
+constexpr int n_parts = 6;
+constexpr std::array<const char *, n_parts> part_names = {
+  {"FEM (deal.II side)", "DEM (LIGGGHTS side)", "exchange", "tool contact", "activation", "output"}};
+
+class StepTimer
+{
+public:
+  /// Adds the time since the last call (of any part) to @p part: a chain of laps costs one clock reading a part.
+  void lap(Part part)
+  {
+    const double now = MPI_Wtime();
+    seconds[static_cast<int>(part)] += now - last;
+    last = now;
+  }
+  void restart() { last = MPI_Wtime(); }
+  double of(Part part) const { return seconds[static_cast<int>(part)]; }
+
+private:
+  std::array<double, n_parts> seconds = {};
+  double last = 0.;
+};
+} // namespace kerf

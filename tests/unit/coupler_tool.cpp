@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/criterion.h"
+#include "coupler/tool.h"
+#include "tests/unit/dummy_fem_side.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+using namespace kerf;
+using Eigen::Vector3d;
+
+// Straight parts of the path are exact, the velocity is the derivative of the position and has no jumps.
+TEST(ToolPath, SmoothAndExact)
+{
+  const double window = 0.2;
+  const ToolPath path({{0., Vector3d(0., 1., 0.)}, {1., Vector3d(0., 0., 0.)}, {3., Vector3d(4., 0., 0.)}}, window);
+  EXPECT_LT((path.position(0.5) - Vector3d(0., 0.5, 0.)).norm(), 1e-14);
+  EXPECT_LT((path.velocity(0.5) - Vector3d(0., -1., 0.)).norm(), 1e-14);
+  EXPECT_LT((path.position(2.) - Vector3d(2., 0., 0.)).norm(), 1e-14);
+  EXPECT_LT((path.position(5.) - Vector3d(4., 0., 0.)).norm(), 1e-14);
+  EXPECT_LT(path.velocity(5.).norm(), 1e-14);
+  const double step = 1e-6;
+  for (double t = -0.3; t < 3.5; t += 0.0137)
+  {
+    const Vector3d slope = (path.position(t + step) - path.position(t - step)) / (2. * step);
+    EXPECT_LT((slope - path.velocity(t)).norm(), 1e-5); // central difference: kinks of the velocity give step/window
+    EXPECT_LT((path.velocity(t + step) - path.velocity(t)).norm(), 2. * step * 3. / window); // bounded acceleration
+  }
+}
+
+TEST(ToolContactLaw, SpringWithoutTensionAndCoulombBound)
+{
+  const ToolContactLaw law{0.3};
+  const Vector3d n = Vector3d::UnitY();
+  EXPECT_EQ(law.force(1e-6, n, Vector3d::Zero(), 1e9, 10.), Vector3d::Zero());
+  EXPECT_NEAR(law.force(-1e-3, n, Vector3d::Zero(), 1e9, 10.)[1], 1e6, 1e-6);
+  // Separating fast: the dashpot would pull, the contact must not.
+  EXPECT_EQ(law.force(-1e-9, n, Vector3d(0., 1e3, 0.), 1e9, 1e6)[1], 0.);
+  // Sliding fast: exactly mu F_n against the sliding velocity. Sliding slowly: the dashpot alone.
+  const Vector3d fast = law.force(-1e-3, n, Vector3d(1e9, 0., 0.), 1e9, 10.);
+  EXPECT_NEAR(fast[0], -0.3 * 1e6, 1e-6);
+  EXPECT_NEAR(law.force(-1e-3, n, Vector3d(1e-2, 0., 0.), 1e9, 10.)[0], -0.1, 1e-12);
+}
+
+// Tool on one particle: force, reaction and power follow from the law; a rolling disc does not slide over a fixed surface.
+TEST(Tool, ContactWithOneParticle)
+{
+  Case::Tool settings;
+  settings.radius = 2.;
+  settings.path = {{0., Vector3d(0., 2.45, 0.)}, {1., Vector3d(3., 2.45, 0.)}};
+  settings.smoothing_time = 0.;
+  settings.stiffness_ratio = 2.;
+  settings.friction = 0.5;
+  settings.damping = 0.1;
+  settings.rolling = true;
+  Tool tool(settings, 1e4, 1., 1000., MPI_COMM_WORLD);
+  tool.move_to(0.);
+  Eigen::Matrix3Xd x = Eigen::Matrix3Xd::Zero(3, 1);
+  test::DummyParticles particles(x);
+  particles.weight[0] = 0.25;
+  test::DummyFemSide fem(1, 1, 1., 1.);
+  dem::Particles view = particles.view();
+  tool.apply(view, fem);
+  // Overlap 2 + 0.5 - 2.45 = 0.05; stiffness = weight 0.25 x ratio 2 x k_n.
+  EXPECT_NEAR(particles.f(1, 0), -0.25 * 2. * 1e4 * 0.05, 1e-9);
+  EXPECT_NEAR(particles.f(0, 0), 0., 1e-9); // v_x + spin R = 0 at the lowest point
+  EXPECT_NEAR(tool.total(tool.local_load()).force[1], particles.f(1, 0), 1e-9);
+  EXPECT_NEAR(tool.local_load().power, 0., 1e-9);
+}
+
+TEST(Tool, ClearanceOfTheDisc)
+{
+  const test::DummyFemSide boundaryless(2, 2, 1., 1.);
+  Case::Tool settings;
+  settings.radius = 0.5;
+  settings.path = {{0., Vector3d(1., 3., 0.)}};
+  // The dummy has no boundary faces: build them for the top side only.
+  class WithTop : public test::DummyFemSide
+  {
+  public:
+    WithTop() : DummyFemSide(2, 2, 1., 1.), copy(DummyFemSide::mesh())
+    {
+      copy.boundary.push_back({3, 2, {{6, 7, -1, -1}}});
+      copy.boundary.push_back({3, 3, {{7, 8, -1, -1}}});
+    }
+    const fem::Mesh &mesh() const override { return copy; }
+
+  private:
+    fem::Mesh copy;
+  } fem;
+  EXPECT_NEAR(Tool::clearance(settings, fem), 0.5, 1e-14); // centre 1 above the top
+  settings.path = {{0., Vector3d(1., 2.3, 0.)}};
+  EXPECT_NEAR(Tool::clearance(settings, fem), -0.2, 1e-14);
+  settings.path = {{0., Vector3d(1., 1.5, 0.)}};
+  EXPECT_NEAR(Tool::clearance(settings, fem), -1., 1e-14);
+}
+
+TEST(StressMeasure, ClosedAnswers)
+{
+  using Stress = Eigen::Matrix<double, 6, 1>;
+  Stress uniaxial = Stress::Zero();
+  uniaxial[1] = 3e6;
+  const double f_t = 5e6, f_c = 50e6;
+  EXPECT_NEAR(stress_measure(Criterion::maximum_principal, uniaxial, f_t, f_c), 3e6, 1e-6);
+  EXPECT_NEAR(stress_measure(Criterion::von_mises, uniaxial, f_t, f_c), 3e6, 1e-6);
+  EXPECT_NEAR(stress_measure(Criterion::mohr_coulomb, uniaxial, f_t, f_c), 3e6, 1e-6);
+  Stress compression = Stress::Zero();
+  compression[1] = -50e6; // at failure the measure is the tensile strength
+  EXPECT_NEAR(stress_measure(Criterion::mohr_coulomb, compression, f_t, f_c), f_t, 1e-3);
+  EXPECT_NEAR(stress_measure(Criterion::maximum_principal, compression, f_t, f_c), 0., 1e-3);
+  Stress shear = Stress::Zero();
+  shear[5] = 2e6;
+  EXPECT_NEAR(stress_measure(Criterion::von_mises, shear, f_t, f_c), 2e6 * std::sqrt(3.), 1e-6);
+  EXPECT_NEAR(stress_measure(Criterion::maximum_principal, shear, f_t, f_c), 2e6, 1e-6);
+  EXPECT_NEAR(stress_measure(Criterion::mohr_coulomb, shear, f_t, f_c), 2e6 * (1. + f_t / f_c), 1e-6);
+}
