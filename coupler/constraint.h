@@ -56,10 +56,10 @@ private:
   /// A constrained particle of this rank and where its nodes are in the window.
   struct Link
   {
-    int particle;
+    int particle = -1;
     Eigen::Vector3d reference;
-    double stiffness;
-    int n;
+    double stiffness = 0.;
+    int n = 0;
     std::array<int, 8> window_node;
     std::array<double, 8> N;
   };

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Figures of a run, from history.h5 and snapshots.h5 in its results directory.
+"""Figures of a run, from history.h5 and fields/*.h5 in its results directory.
 
   figures.py RESULTS_DIR                                  PNG files in RESULTS_DIR/figures/
   figures.py --compare DIR1 DIR2 ... --output FILE.png    one column of several runs over each other
@@ -80,7 +80,8 @@ def force_figure(history, output):
 def cost_figure(history, output):
     """What the adaptivity costs: particles, converted cells, broken bonds, wall time."""
     shown = [(name, label, colour) for name, label, colour in
-             (("active_particles", "active particles", LINE_COLOURS[0]), ("converted_cells", "converted cells", LINE_COLOURS[3]),
+             (("active_particles", "active particles", LINE_COLOURS[0]),
+              ("converted_cells", "converted cells", LINE_COLOURS[3]),
               ("broken_bonds", "broken bonds", LINE_COLOURS[1]), ("wall_time", "wall time [s]", LINE_COLOURS[5]))
              if name in history]
     if shown:

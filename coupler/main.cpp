@@ -31,7 +31,7 @@ void draw_figures(const std::string &directory)
   const std::string quoted = "'" + directory + "'";
   if (directory.find('\'') != std::string::npos ||
       std::system(("/usr/bin/python3 " KERF_FIGURES_SCRIPT " " + quoted).c_str()) != 0)
-    std::cerr << "figures were not drawn; try: python3 " << KERF_FIGURES_SCRIPT << " " << quoted << std::endl;
+    std::cerr << "figures were not drawn; try: /usr/bin/python3 " << KERF_FIGURES_SCRIPT << " " << quoted << std::endl;
 }
 } // namespace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Reads history.h5 and snapshots.h5 of a run; means over its time series."""
+"""Reads history.h5, fields/mesh.h5 and fields/snapshot_STEP.h5 of a run; means over its time series."""
 from pathlib import Path
 
 import h5py
@@ -18,19 +18,17 @@ def open_results(directory, name):
     try:
         return h5py.File(path, "r")
     except OSError as error:
-        raise Unreadable(f"{path}: not a readable HDF5 file, perhaps of an interrupted run ({str(error).split('(')[0].strip()})")
+        reason = str(error).split("(")[0].strip()
+        raise Unreadable(f"{path}: not a readable HDF5 file, perhaps of an interrupted run ({reason})")
 
 
 def two_dimensional(directory):
     """True when the mesh of the run has quadrilaterals."""
     try:
-        file = open_results(directory, "snapshots.h5")
-        if file is None:
-            return False
-        with file:
-            return "mesh/cells" in file and file["mesh/cells"].shape[1] == 4
+        cells = Snapshots(directory).cells
+        return len(cells) > 0 and cells.shape[1] == 4
     except Unreadable:
-        return False  # snapshot_figures() reports it
+        return False  # the snapshot figures report it
 
 
 class History:
@@ -45,7 +43,7 @@ class History:
             # A run that was stopped while it wrote a row leaves columns of two lengths.
             self.rows = min((len(item) for item in columns.values()), default=0)
             self.columns = {name: item[:self.rows].astype(float) for name, item in columns.items()}
-            self.units = {name: as_text(item.attrs.get("unit", "")) for name, item in columns.items()}
+            self.units = {name: as_text(file.attrs.get(f"unit_{name}", "")) for name in columns}
         if two_dimensional(directory):
             self.units = {name: unit + "/m" if unit in ("N", "J") else unit for name, unit in self.units.items()}
         if "time" not in self.columns:
@@ -63,13 +61,13 @@ def as_text(value):
 
 
 class Snapshot:
-    """One group of snapshots.h5. Missing data sets are empty."""
+    """The state at one time. Missing data sets are empty."""
 
-    def __init__(self, group, n_nodes, n_cells):
+    def __init__(self, file, n_nodes, n_cells):
         def read(name, shape):
-            return group[name][()].reshape(shape) if name in group and group[name].size else np.empty((0, *shape[1:]))
+            return file[name][()].reshape(shape) if name in file and file[name].size else np.empty((0, *shape[1:]))
 
-        self.time = float(group.attrs.get("time", np.nan))
+        self.time = float(file.attrs.get("time", np.nan))
         self.displacement = read("fem_displacement", (-1, 3))
         if len(self.displacement) != n_nodes:
             self.displacement = np.zeros((n_nodes, 3))
@@ -82,22 +80,29 @@ class Snapshot:
         self.weight = self.weight if len(self.weight) == n else np.ones(n)
         self.damage = self.damage if len(self.damage) == n else np.zeros(n)
         self.broken = read("bond_broken_position", (-1, 3))
-        self.tool_center = read("tool_center", (-1,))
-        self.tool_radius = float(group.attrs.get("tool_radius", 0.))
+        self.tool_center = np.asarray(file.attrs.get("tool_center", []), float)
+        self.tool_radius = float(file.attrs.get("tool_radius", 0.)) if len(self.tool_center) else 0.
 
 
 class Snapshots:
-    """Mesh and the names of the snapshots; each is read when it is drawn."""
+    """The mesh and the names of the snapshots, in the order of time; each is read when it is drawn."""
 
-    def __init__(self, file):
-        self.file = file
-        self.steps = sorted(name for name in file if name.startswith("step_"))
-        mesh = file.get("mesh")
-        self.nodes = mesh["nodes"][()] if mesh else np.empty((0, 3))
-        self.cells = mesh["cells"][()].astype(int) if mesh else np.empty((0, 4), int)
+    def __init__(self, directory):
+        self.directory = Path(directory)
+        # Step numbers are padded with zeros: the order of the names is that of time.
+        self.names = sorted(f"fields/{path.name}" for path in (self.directory / "fields").glob("snapshot_*.h5"))
+        mesh = open_results(directory, "fields/mesh.h5")
+        if mesh is None:
+            self.nodes, self.cells = np.empty((0, 3)), np.empty((0, 4), int)
+            return
+        with mesh:
+            if "nodes" not in mesh or "cells" not in mesh:
+                raise Unreadable(f"{directory}/fields/mesh.h5: 'nodes' or 'cells' is missing")
+            self.nodes, self.cells = mesh["nodes"][()], mesh["cells"][()].astype(int)
 
-    def read(self, step):
-        return Snapshot(self.file[step], len(self.nodes), len(self.cells))
+    def read(self, name):
+        with open_results(self.directory, name) as file:
+            return Snapshot(file, len(self.nodes), len(self.cells))
 
 
 def running_mean(values, window):

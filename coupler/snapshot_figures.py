@@ -8,7 +8,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from results_file import Snapshots, Unreadable, open_results
+from results_file import Snapshots, Unreadable
 
 STRESS_COLOURS = LinearSegmentedColormap.from_list("stress", ["#f4f7fa", "#b5cfe3", "#5b93c0", "#1f5488", "#0b2547"])
 DAMAGE_COLOURS = LinearSegmentedColormap.from_list("damage", ["#f0dfb8", "#f2a93b", "#d1421f", "#5c0a10"])
@@ -18,17 +18,17 @@ HEADROOM = 0.3  # height shown above the rock, as a fraction of the height of th
 MILLI = 1e3
 
 
-def chosen_steps(steps):
+def chosen(names):
     """All of up to four snapshots, else four or six of equal distance with the last one."""
-    count = len(steps) if len(steps) <= 4 else 4 if len(steps) == 5 else 6
-    return [steps[i] for i in np.linspace(0, len(steps) - 1, count).round().astype(int)]
+    count = len(names) if len(names) <= 4 else 4 if len(names) == 5 else 6
+    return [names[i] for i in np.linspace(0, len(names) - 1, count).round().astype(int)]
 
 
 def rock_box(snapshots, drawn):
     """(lower, upper) of the rock: the mesh, or the particles when there is no mesh."""
     points = snapshots.nodes if len(snapshots.nodes) else drawn[0].position
     if not len(points):
-        raise Unreadable("snapshots.h5: neither a mesh nor particles")
+        raise Unreadable(f"{snapshots.directory}/fields: neither a mesh nor particles")
     return points[:, :2].min(axis=0), points[:, :2].max(axis=0)
 
 
@@ -43,7 +43,7 @@ def work_box(snapshots, drawn):
     if len(last.broken):
         points.append(np.percentile(last.broken[:, :2], [1, 99], axis=0))
     for snapshot in drawn:
-        if len(snapshot.tool_center) and snapshot.tool_radius > 0.:
+        if snapshot.tool_radius > 0.:
             tip = snapshot.tool_center[:2] - [0., snapshot.tool_radius]
             points += [[tip - [0.2 * snapshot.tool_radius, 0.]], [tip + [0.2 * snapshot.tool_radius, 0.]]]
     points = np.clip(np.concatenate(points), lower, upper)
@@ -105,7 +105,7 @@ def draw_snapshot(axis, snapshots, snapshot, box, colours):
     draw_cells(axis, snapshots, snapshot, colours[0])
     draw_particles(axis, snapshot, colours[1])
     draw_overlap(axis, snapshots, snapshot)
-    if len(snapshot.tool_center) and snapshot.tool_radius > 0.:
+    if snapshot.tool_radius > 0.:
         axis.add_patch(Circle(snapshot.tool_center[:2] * MILLI, snapshot.tool_radius * MILLI, facecolor=TOOL_COLOUR,
                               edgecolor="#3b3f45", linewidth=1.2, zorder=5))
     # The tool is as a rule far larger than the rock that is shown: its lower part is enough.
@@ -184,18 +184,14 @@ def snapshot_figure(path, snapshots, drawn, box, columns, dpi):
 
 def snapshot_figures(directory, output):
     """interface.png and final.png; returns what was left out and why, or None."""
-    file = open_results(directory, "snapshots.h5")
-    if file is None:
-        return "there is no snapshots.h5"
-    with file:
-        snapshots = Snapshots(file)
-        if not snapshots.steps:
-            return "snapshots.h5 holds no snapshot"
-        if snapshots.cells.shape[1] != 4:
-            return "the snapshots are three-dimensional"
-        drawn = [snapshots.read(step) for step in chosen_steps(snapshots.steps)]
-        box = work_box(snapshots, drawn)
-        wide, high = box[1] - box[0]
-        snapshot_figure(output / "interface.png", snapshots, drawn, box, 3 if wide < 1.6 * high else 2, 150)
-        snapshot_figure(output / "final.png", snapshots, drawn[-1:], rock_box(snapshots, drawn), 1, 200)
+    snapshots = Snapshots(directory)
+    if not snapshots.names:
+        return "there are no snapshots in fields/"
+    if snapshots.cells.shape[1] != 4:
+        return "no pictures of three-dimensional snapshots"
+    drawn = [snapshots.read(name) for name in chosen(snapshots.names)]
+    box = work_box(snapshots, drawn)
+    wide, high = box[1] - box[0]
+    snapshot_figure(output / "interface.png", snapshots, drawn, box, 3 if wide < 1.6 * high else 2, 150)
+    snapshot_figure(output / "final.png", snapshots, drawn[-1:], rock_box(snapshots, drawn), 1, 200)
     return None

@@ -1,1 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
+kerf_test(coupler_constraint LABEL coupling SOURCES unit/coupler_constraint.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_overlap LABEL coupling SOURCES unit/coupler_overlap.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_tool LABEL coupling SOURCES unit/coupler_tool.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_body LABEL coupling RANKS 2 SOURCES verification/coupler_body.cpp LIBRARIES kerf_coupling)
+
+add_test(NAME bad_inputs COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/bad_inputs.py $<TARGET_FILE:kerf>
+         ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
+add_test(NAME modes COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/modes.py $<TARGET_FILE:kerf>
+         ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
+set_tests_properties(bad_inputs modes PROPERTIES LABELS reliability TIMEOUT 900)

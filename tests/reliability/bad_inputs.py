@@ -1,0 +1,100 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Every bad input gives one clear line, exit code 2, and leaves everything that was there as it was.
+
+usage: bad_inputs.py KERF SMALL_CASE
+"""
+import os
+import sys
+import tempfile
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "tools"))
+import kerf_runner  # noqa: E402
+
+KERF, SMALL_CASE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+passed = failed = 0
+
+
+def listing(directory):
+    return sorted((os.path.join(root, name), os.stat(os.path.join(root, name)).st_mtime_ns)
+                  for root, _, names in os.walk(directory) for name in names)
+
+
+def expect(name, arguments, *words, code=2, ranks=1, cwd=None):
+    """One line on stderr that holds all words, the exit code, and no file changed or added in the working directory."""
+    global passed, failed
+    before = listing(cwd)
+    result = kerf_runner.run(KERF, arguments, ranks=ranks, cwd=cwd)
+    lines = [line for line in result.stderr.splitlines() if line.strip()]
+    if ranks > 1:  # mpirun adds its own lines about an exit code
+        lines = [line for line in lines if line.startswith("kerf:")]
+    problems = []
+    if result.returncode != code:
+        problems.append(f"exit code {result.returncode} instead of {code}")
+    if len(lines) != 1 or not lines[0].startswith("kerf: "):
+        problems.append("not one line: " + repr(result.stderr))
+    for word in words:
+        if word not in result.stderr:
+            problems.append(f"'{word}' is not in: {result.stderr!r}")
+    if listing(cwd) != before:
+        problems.append("files were changed")
+    passed, failed = passed + (not problems), failed + bool(problems)
+    print(("ok      " if not problems else "FAILED  ") + name + ": " + (lines[0] if lines else ""))
+    for problem in problems:
+        print("        " + problem)
+
+
+with tempfile.TemporaryDirectory() as work:
+    good = kerf_runner.copy_case(SMALL_CASE, os.path.join(work, "good"))
+    made = kerf_runner.run(KERF, ["pack", good], cwd=work)
+    assert made.returncode == 0, made.stderr
+
+    def bad(name, edit, *words, **options):
+        case = kerf_runner.copy_case(SMALL_CASE, os.path.join(work, name), edit)
+        for store in os.listdir(good):
+            if store.endswith(".h5"):
+                os.link(os.path.join(good, store), os.path.join(case, store))
+        expect(name, ["run", case], case, *words, cwd=work, **options)
+
+    def change(old, new):
+        return lambda text: text.replace(old, new)
+
+    bad("unknown_key", change("set Sigma star", "set Sigma stat"), "Adaptivity/Sigma stat", "Adaptivity/Sigma star")
+    bad("unknown_key_on_two_ranks", change("set Sigma star", "set Sigma stat"), "nearest valid key", ranks=2)
+    bad("unknown_section", change("subsection Rock", "subsection Rocks"), "Rocks/Density", "Rock/Density")
+    bad("out_of_range", change("ratio        = 0.2", "ratio        = 0.7"), "Rock/Poisson ratio", "0.7", "[0, 0.499]")
+    bad("not_a_number", change("Density              = 2400", "Density = heavy"), "Rock/Density", "heavy", "> 0")
+    bad("broken_line", change("set Overlap width = 8", "Overlap width 8"), "not understood", "case.prm:")
+    bad("no_end", lambda text: text.rstrip()[:-3], "has no 'end'")
+    bad("missing_mesh", change("set Cell size", "set File = rock.msh\n  set Cell size"), "rock.msh", "does not exist")
+    bad("step_too_large", change("set End time = 4e-4", "set End time = 4e-4\n  set Time step = 1e-5"), "Time/Time step",
+        "stable step")
+    bad("sigma_star_zero", change("Sigma star = 2e6", "Sigma star = 0"), "Adaptivity/Sigma star", "> 0")
+    bad("sigma_star_negative", change("Sigma star = 2e6", "Sigma star = -1"), "Adaptivity/Sigma star", "> 0")
+    bad("overlap_too_wide", change("Overlap width = 8", "Overlap width = 40"), "Coupling/Overlap width", "wider than the mesh")
+    bad("empty_packing", change("Mean diameter = 1e-3", "Mean diameter = 0.1"), "acking")
+    bad("tool_inside_rock", change("0 0.024 0.04405", "0 0.024 0.040"), "Tool/Path", "inside the rock")
+    bad("bad_path", change("0 0.024 0.04405", "0 0.024"), "Tool/Path", "3 numbers")
+    bad("bad_boundary", change("subsection Packing", "subsection Boundary\n set Conditions = left: glued\nend\nsubsection Packing"),
+        "Boundary/Conditions", "glued", "roller")
+    case = kerf_runner.copy_case(SMALL_CASE, os.path.join(work, "other_store"),
+                                 change("set Mean diameter = 1e-3", "set Mean diameter = 1e-3\n  set Gap tolerance = 0.2"))
+    for store in os.listdir(good):
+        if store.endswith(".h5"):
+            os.link(os.path.join(good, store), os.path.join(case, store))
+    expect("store_of_another_rock", ["run", case], "gap tolerance", "remove the file", cwd=work)
+    expect("missing_case", ["run", os.path.join(work, "nowhere")], "nowhere", "no such case directory", cwd=work)
+    expect("bad_override", ["run", good, "--set", "Rock/Density"], "Section/Key=value", cwd=work)
+    expect("override_out_of_range", ["run", good, "--set", "Time/Safety=2"], "Time/Safety", cwd=work)
+    with open(os.path.join(good, "damaged.h5"), "w") as file:
+        file.write("this is no store")
+    expect("damaged_store", ["run", good, "--set", "Packing/File=damaged.h5"], "damaged.h5", cwd=work)
+
+    held = os.path.join(work, "held")
+    os.makedirs(held)
+    with open(os.path.join(held, "history.csv"), "w") as file:
+        file.write("precious\n")
+    expect("results_of_another_run", ["run", good, "--output", held], held, "--overwrite", cwd=work)
+
+print(f"{passed} passed, {failed} failed")
+sys.exit(failed > 0)

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs kerf for the tests: on any number of ranks, in a copy of a case, with the history read back."""
+import csv
+import os
+import shutil
+import subprocess
+
+
+def command(kerf, arguments, ranks=1):
+    prefix = []
+    if ranks > 1:
+        prefix = ["mpirun", "--oversubscribe"] + (["--allow-run-as-root"] if os.geteuid() == 0 else []) + ["-n", str(ranks)]
+    return prefix + [kerf] + [str(argument) for argument in arguments]
+
+
+def run(kerf, arguments, ranks=1, cwd=None, timeout=900):
+    """CompletedProcess with text output; does not raise on an exit code."""
+    return subprocess.run(command(kerf, arguments, ranks), cwd=cwd, timeout=timeout, stdin=subprocess.DEVNULL,
+                          capture_output=True, text=True)
+
+
+def copy_case(source, target, edit=None):
+    """A copy of a case directory without its stores; edit maps the text of case.prm to a new one."""
+    shutil.copytree(source, target, ignore=shutil.ignore_patterns("*.h5"))
+    if edit is not None:
+        path = os.path.join(target, "case.prm")
+        with open(path) as file:
+            text = file.read()
+        changed = edit(text)
+        assert changed != text, "the edit of the case did nothing"
+        with open(path, "w") as file:
+            file.write(changed)
+    return target
+
+
+def history(directory):
+    """Columns of history.csv as lists of floats."""
+    with open(os.path.join(directory, "history.csv")) as file:
+        assert file.readline().startswith("# units:")
+        rows = list(csv.DictReader(file))
+    return {name: [float(row[name]) for row in rows] for name in rows[0]}
