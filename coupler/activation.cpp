@@ -4,6 +4,7 @@
 #include "coupler/criterion.h"
 #include "coupler/input_error.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 

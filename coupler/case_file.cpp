@@ -54,21 +54,6 @@ std::size_t edit_distance(const std::string &a, const std::string &b)
   return row[b.size()];
 }
 
-std::string range_text(const Parameter &parameter)
-{
-  if (const auto *number = dynamic_cast<const dealii::Patterns::Double *>(parameter.pattern.get()))
-  {
-    std::ostringstream text;
-    text << "a number";
-    if (number->lower_bound >= 0. && number->lower_bound < 1e-299 && number->upper_bound > 1e299)
-      text << (number->lower_bound > 0. ? " > 0" : " >= 0");
-    else if (number->lower_bound > -1e299 && number->upper_bound < 1e299)
-      text << " in [" << number->lower_bound << ", " << number->upper_bound << "]";
-    return text.str();
-  }
-  return parameter.pattern->description(dealii::Patterns::PatternBase::Text);
-}
-
 /// Checks one assignment against the table; returns the entry.
 const Parameter &checked_entry(const std::string &where, const std::string &section, const std::string &key,
                                const std::string &value)
@@ -80,8 +65,8 @@ const Parameter &checked_entry(const std::string &where, const std::string &sect
     if (parameter.section == section && parameter.key == key)
     {
       if (!parameter.pattern->match(value))
-        throw InputError(where + ": " + section + "/" + key + " = '" + value + "' is not allowed: give " +
-                         range_text(parameter) + " [" + parameter.unit + "]");
+        throw InputError(where + ": " + section + "/" + key + " = '" + value + "' is not allowed: give " + parameter.allowed +
+                         " [" + parameter.unit + "]");
       return parameter;
     }
     const std::size_t distance = edit_distance(parameter.section + "/" + parameter.key, section + "/" + key);
@@ -408,11 +393,8 @@ void write_parameter_reference(std::ostream &out)
       section = parameter.section;
       out << "\n## " << section << "\n\n| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n";
     }
-    std::string allowed = range_text(parameter);
-    std::replace(allowed.begin(), allowed.end(), '|', ',');
-    std::replace(allowed.begin(), allowed.end(), '\n', ' ');
     out << "| " << parameter.key << " | " << parameter.unit << " | "
-        << (parameter.default_value.empty() ? "" : "`" + parameter.default_value + "`") << " | " << allowed << " | "
+        << (parameter.default_value.empty() ? "" : "`" + parameter.default_value + "`") << " | " << parameter.allowed << " | "
         << parameter.meaning << (parameter.source.empty() ? "" : " (" + parameter.source + ")") << " |\n";
   }
 }

@@ -15,6 +15,7 @@ struct Parameter
 {
   std::string section, key, default_value;
   std::shared_ptr<dealii::Patterns::PatternBase> pattern;
+  std::string allowed; ///< the pattern in words
   std::string unit, meaning, source;
 };
 

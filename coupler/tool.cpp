@@ -3,6 +3,7 @@
 
 #include "coupler/region_distance.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
