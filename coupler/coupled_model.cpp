@@ -39,6 +39,27 @@ std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Pac
   penalty.time_step = dt;
   return std::make_unique<PenaltyConstraint>(penalty, packing.positions);
 }
+/// Stable step of a system that gets a further spring: omega^2 is at most the sum.
+double with_spring(double step, double omega2)
+{
+  return 2. / std::sqrt(4. / (step * step) + omega2);
+}
+
+int lightest_particle(const dem::Packing &packing)
+{
+  int lightest = 0;
+  packing.radii.minCoeff(&lightest);
+  return lightest;
+}
+
+double smallest_edge(const fem::Mesh &mesh)
+{
+  double smallest = 1e300;
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    for (int c = 0; c < mesh.dim; ++c) // lexicographic: the neighbours of corner 0 are 1, 2 and 4
+      smallest = std::min(smallest, (mesh.nodes.col(mesh.cells(1 << c, cell)) - mesh.nodes.col(mesh.cells(0, cell))).norm());
+  return smallest;
+}
 } // namespace
 
 CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
@@ -207,6 +228,16 @@ StableSteps stable_steps(const Case &settings, Mode mode, const fem::FemSide &fe
   const double xi = settings.bond.damping * omega * std::sqrt(mass / (2. * settings.bond.k_n));
   steps.dem = 2. / omega * (std::sqrt(1. + xi * xi) - xi);
 
+  if (settings.tool.present)
+  {
+    // The tool's spring adds to the stiffness of what it touches: k/m of the lightest particle, and 2 k_s/(rho h) of a surface
+    // node (area a, lumped mass rho a h/2), whatever the cell's shape.
+    const double k = settings.tool.stiffness_ratio * settings.bond.k_n;
+    const double lightest = density * packing.volume(lightest_particle(packing));
+    steps.dem = with_spring(steps.dem, k / lightest);
+    steps.fem = with_spring(steps.fem, 2. * k / packing.mean_diameter / (settings.rock.density * smallest_edge(fem.mesh())));
+  }
+
   const bool coupled = mode == Mode::adaptive || mode == Mode::fixed;
   double limit = mode == Mode::fem ? steps.fem : mode == Mode::dem ? steps.dem : std::min(steps.fem, steps.dem);
   if (coupled && settings.constraint == ConstraintMethod::penalty_mass_scaled)
@@ -222,7 +253,7 @@ StableSteps stable_steps(const Case &settings, Mode mode, const fem::FemSide &fe
     // The lightest constrained particle: outermost row of the overlap, weight about d/(2 L_o).
     const double lightest = mass * 0.5 * packing.mean_diameter / std::max(settings.overlap_width, packing.mean_diameter);
     const double penalty_omega2 = settings.penalty_ratio * settings.bond.k_n / lightest;
-    limit = 2. / std::sqrt(4. / (limit * limit) + penalty_omega2);
+    limit = with_spring(limit, penalty_omega2);
   }
   steps.coupled = limit;
   return steps;

@@ -65,6 +65,7 @@ struct Settings
   MeshSettings mesh;
   Material material;
   std::vector<BoundaryCondition> boundary_conditions; ///< ids without an entry are free
+  double surface_spacing = 0.; ///< largest distance of surface_points() [m]; 0: Gauss points of the faces
 };
 
 /// A face of the mesh boundary.

@@ -1,1 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
+kerf_test(rock_bond_law_tests LABEL dem
+          SOURCES unit/rock_bond_law_test.cpp
+          LIBRARIES kerf_dem)
+kerf_test(dem_tests LABEL dem RANKS 2
+          SOURCES unit/dem_pair_test.cpp unit/dem_side_test.cpp unit/dem_insertion_test.cpp
+          LIBRARIES kerf_dem)
+kerf_test(dem_verification LABEL dem
+          SOURCES verification/dem_conservation_test.cpp verification/dem_time_step_test.cpp
+          LIBRARIES kerf_dem)
+kerf_test(dem_ranks LABEL dem RANKS 2
+          SOURCES verification/dem_ranks_test.cpp
+          LIBRARIES kerf_dem)
+# Four ranks have corners where the ghosts of two borders meet.
+add_test(NAME dem_ranks_4_ranks
+         COMMAND ${MPIEXEC_EXECUTABLE} ${KERF_MPI_FLAGS} ${MPIEXEC_NUMPROC_FLAG} 4 $<TARGET_FILE:dem_ranks>)
+set_tests_properties(dem_ranks_4_ranks PROPERTIES LABELS dem TIMEOUT 600 PROCESSORS 4)

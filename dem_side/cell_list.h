@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace kerf::dem
+{
+/// Points sorted into cubic cells, to find close pairs in linear time. Flat sets (2D) get one layer of cells.
+class CellList
+{
+public:
+  /// @param reach pairs closer than this [m] are guaranteed to be visited; > 0
+  CellList(const Eigen::Matrix3Xd &points, double reach)
+  {
+    const int n = static_cast<int>(points.cols());
+    if (n == 0)
+      return;
+    const Eigen::Vector3d lower = points.rowwise().minCoeff(), extent = points.rowwise().maxCoeff() - lower;
+    // Never many more cells than points: a few far points must not cost memory.
+    const double size = std::max(reach, extent.maxCoeff() / (4. * std::sqrt(double(n)) + 4.));
+    for (int c = 0; c < 3; ++c)
+      n_cells[c] = static_cast<int>(extent[c] / size) + 1;
+
+    cell_of.resize(n);
+    first.assign(std::size_t(n_cells[0]) * n_cells[1] * n_cells[2] + 1, 0);
+    for (int i = 0; i < n; ++i)
+    {
+      std::array<int, 3> cell;
+      for (int c = 0; c < 3; ++c)
+        cell[c] = std::min(static_cast<int>((points(c, i) - lower[c]) / size), n_cells[c] - 1);
+      cell_of[i] = index(cell[0], cell[1], cell[2]);
+      ++first[cell_of[i] + 1];
+    }
+    for (std::size_t c = 1; c < first.size(); ++c)
+      first[c] += first[c - 1];
+    order.resize(n);
+    std::vector<int> next(first.begin(), first.end() - 1);
+    for (int i = 0; i < n; ++i)
+      order[next[cell_of[i]]++] = i;
+  }
+
+  /// Point indices cell by cell: neighbours in space are mostly neighbours in this order.
+  const std::vector<int> &sorted() const { return order; }
+
+  /// Calls visit(i, j) once with i < j for every pair in the same or in adjacent cells, in a fixed order.
+  template <class Visitor>
+  void for_each_pair(Visitor &&visit) const
+  {
+    for (int z = 0; z < n_cells[2]; ++z)
+      for (int y = 0; y < n_cells[1]; ++y)
+        for (int x = 0; x < n_cells[0]; ++x)
+        {
+          const int here = index(x, y, z);
+          for (int a = first[here]; a < first[here + 1]; ++a)
+            for (int b = a + 1; b < first[here + 1]; ++b)
+              visit(order[a], order[b]);
+          // Half of the 26 neighbours, so that each pair of cells comes once.
+          for (int k = 14; k < 27; ++k)
+          {
+            const int u = x + k % 3 - 1, v = y + k / 3 % 3 - 1, w = z + k / 9 - 1;
+            if (u < 0 || v < 0 || u >= n_cells[0] || v >= n_cells[1] || w >= n_cells[2])
+              continue;
+            const int there = index(u, v, w);
+            for (int a = first[here]; a < first[here + 1]; ++a)
+              for (int b = first[there]; b < first[there + 1]; ++b)
+                visit(std::min(order[a], order[b]), std::max(order[a], order[b]));
+          }
+        }
+  }
+
+private:
+  int index(int x, int y, int z) const { return (z * n_cells[1] + y) * n_cells[0] + x; }
+
+  std::array<int, 3> n_cells{{0, 0, 0}};
+  std::vector<int> cell_of, first, order;
+};
+} // namespace kerf::dem

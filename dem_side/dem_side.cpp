@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "dem_side/dem_side.h"
+
+#include "dem_side/liggghts_instance.h"
+#include "dem_side/rock_bond_style.h"
+
+#include <atom.h>
+#include <atom_vec.h>
+#include <domain.h>
+#include <fix.h>
+#include <integrate.h>
+#include <modify.h>
+#include <sstream>
+#include <stdexcept>
+#include <update.h>
+
+namespace kerf::dem
+{
+namespace
+{
+using LAMMPS_NS::LAMMPS;
+
+void check(const Settings &s)
+{
+  std::ostringstream error;
+  const auto positive = [&error](const char *name, double value)
+  {
+    if (!(value > 0.))
+      error << name << " must be positive, not " << value << "; ";
+  };
+  const auto not_negative = [&error](const char *name, double value)
+  {
+    if (!(value >= 0.))
+      error << name << " must not be negative, not " << value << "; ";
+  };
+  if (s.packing == nullptr || s.packing->size() == 0)
+    throw std::invalid_argument("particles: there is no packing");
+  if (s.packing->dim != 2 && s.packing->dim != 3)
+    throw std::invalid_argument("particles: the packing must have 2 or 3 dimensions");
+  positive("normal stiffness k_n", s.bond.k_n);
+  not_negative("tangential stiffness k_t", s.bond.k_t);
+  positive("tensile strength R_n", s.bond.R_n);
+  positive("shear strength R_t", s.bond.R_t);
+  not_negative("friction", s.bond.friction);
+  not_negative("contact damping", s.bond.damping);
+  positive("density", s.density);
+  positive("time step", s.time_step);
+  if (!(s.local_damping >= 0. && s.local_damping < 1.))
+    error << "local damping must be in [0, 1), not " << s.local_damping << "; ";
+  for (int c = 0; c < s.packing->dim; ++c)
+    if (!(s.domain_lower[c] < s.domain_upper[c]))
+      error << "side "
+            << "xyz"[c] << " of the particle domain is empty; ";
+  if (!error.str().empty())
+    throw std::invalid_argument("particles: " + error.str().substr(0, error.str().size() - 2));
+}
+
+/// Largest distance / sum of radii at which a bonded pair must stay in the neighbour lists.
+double list_reach(const Settings &s)
+{
+  const Packing &p = *s.packing;
+  // What an intact bond can be stretched, with room; unbreakable bonds of tests get a share of the diameter.
+  const double stretch = std::clamp(1.5 * s.bond.R_n / s.bond.k_n, 0.03 * p.mean_diameter, 0.2 * p.mean_diameter);
+  double reach = 1.03;
+  for (const auto &[a, b] : p.bonds)
+    reach = std::max(reach, ((p.positions.col(a) - p.positions.col(b)).norm() + stretch) / (p.radii[a] + p.radii[b]));
+  return reach;
+}
+} // namespace
+
+/// The LIGGGHTS instance and what is known of the whole set of particles on every rank.
+struct DemSide::Engine
+{
+  explicit Engine(const Settings &settings);
+
+  Settings settings;
+  const Packing &packing;
+  StoredBonds stored_bonds;
+  std::unique_ptr<LAMMPS> lmp;
+  RockBondStyle *style = nullptr; // owned by LIGGGHTS
+
+  Eigen::VectorXd weights;      // by index in the packing
+  std::vector<char> active;     // by index in the packing
+  std::vector<char> was_active; // by index in the packing; a particle is taken from the store only once
+  int n_active = 0, n_left = 0;
+  bool is_set_up = false; // the forces and lists belong to the present particles
+
+  std::int64_t total(std::int64_t of_rank) const
+  {
+    MPI_Allreduce(MPI_IN_PLACE, &of_rank, 1, MPI_INT64_T, MPI_SUM, lmp->world);
+    return of_rank;
+  }
+  void require_set_up(const char *caller) const
+  {
+    if (n_active > 0 && !is_set_up)
+      throw std::logic_error(std::string("DemSide::") + caller + " needs setup() after insert() or set_weights()");
+  }
+  void check(const std::vector<NewParticle> &particles) const;
+  void make(const NewParticle &particle);
+  std::int64_t n_bonds_to_fresh() const;
+  void update_masses();
+  void notice_leavers();
+  void stop_if_overstretched() const;
+};
+
+DemSide::Engine::Engine(const Settings &s)
+  : settings(s), packing(*s.packing), stored_bonds(packing), lmp(make_liggghts(s.comm)),
+    weights(Eigen::VectorXd::Ones(packing.size())), active(packing.size(), 0), was_active(packing.size(), 0)
+{
+  const bool flat = packing.dim == 2;
+  const double half_thickness = packing.mean_diameter; // in 2D the box only has to contain z = 0
+  const Eigen::Vector3d &lower = s.domain_lower, &upper = s.domain_upper;
+  command(*lmp, "units si");
+  command(*lmp, "dimension ", packing.dim);
+  command(*lmp, "atom_style granular");
+  command(*lmp, "atom_modify map array");
+  command(*lmp, flat ? "boundary f f p" : "boundary f f f");
+  command(*lmp, "newton off");
+  command(*lmp, "communicate single vel yes");
+  command(*lmp, "region domain block ", lower.x(), ' ', upper.x(), ' ', lower.y(), ' ', upper.y(), ' ',
+          flat ? -half_thickness : lower.z(), ' ', flat ? half_thickness : upper.z(), " units box");
+  command(*lmp, "create_box 1 domain");
+  command(*lmp, "neighbor ", 0.25 * packing.mean_diameter, " bin");
+  command(*lmp, "neigh_modify delay 0 every 1 check yes contact_distance_factor ", list_reach(s));
+  style = RockBondStyle::install(*lmp, {&packing, &stored_bonds, s.bond, s.time_step, s.local_damping});
+  command(*lmp, "timestep ", s.time_step);
+  command(*lmp, "fix motion all nve/sphere");
+  if (flat)
+    command(*lmp, "fix plane all enforce2d");
+  command(*lmp, "thermo 0");
+  command(*lmp, "thermo_modify lost ignore");
+
+  // One endless run: LIGGGHTS writes its output on the last step only.
+  lmp->update->whichflag = 1;
+  lmp->update->firststep = lmp->update->beginstep = 0;
+  lmp->update->laststep = lmp->update->endstep = std::int64_t(1) << 60;
+}
+
+void DemSide::Engine::check(const std::vector<NewParticle> &particles) const
+{
+  std::vector<char> listed(packing.size(), 0);
+  for (const NewParticle &particle : particles)
+  {
+    std::ostringstream error;
+    if (particle.index < 0 || particle.index >= packing.size())
+      error << "is not in the store, which has " << packing.size() << " particles";
+    else if (was_active[particle.index] || listed[particle.index])
+      error << "was inserted before";
+    else
+    {
+      listed[particle.index] = 1;
+      const Eigen::Vector3d position = packing.positions.col(particle.index) + particle.displacement;
+      for (int c = 0; c < packing.dim; ++c)
+        if (!(position[c] >= settings.domain_lower[c] && position[c] < settings.domain_upper[c]))
+        {
+          error << "is outside of the particle domain, "
+                << "xyz"[c] << " = " << position[c];
+          break;
+        }
+      if (!(particle.velocity.allFinite() && particle.rotation.allFinite() && particle.angular_velocity.allFinite()))
+        error << "has a velocity or rotation that is not a number";
+    }
+    if (!error.str().empty())
+      throw std::invalid_argument("particle " + std::to_string(particle.index) + " to insert " + error.str());
+  }
+}
+
+/// Creates the particle on this rank; its mass follows in update_masses().
+void DemSide::Engine::make(const NewParticle &particle)
+{
+  LAMMPS_NS::Atom &atom = *lmp->atom;
+  Eigen::Vector3d position = packing.positions.col(particle.index) + particle.displacement;
+  atom.avec->create_atom(1, position.data());
+  const int i = atom.nlocal - 1;
+  atom.tag[i] = particle.index + 1;
+  atom.radius[i] = packing.radii[particle.index];
+  atom.density[i] = settings.density;
+  Eigen::Map<Eigen::Vector3d>(atom.v[i]) = particle.velocity;
+  Eigen::Map<Eigen::Vector3d>(atom.omega[i]) = particle.angular_velocity;
+  for (int f = 0; f < lmp->modify->nfix; ++f)
+    if (lmp->modify->fix[f]->create_attribute)
+      lmp->modify->fix[f]->set_arrays(i);
+  const double angle = particle.rotation.norm();
+  const Eigen::Vector3d axis = angle > 0. ? Eigen::Vector3d(particle.rotation / angle) : Eigen::Vector3d::UnitZ();
+  style->initialise(i, weights[particle.index], Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)));
+}
+
+std::int64_t DemSide::Engine::n_bonds_to_fresh() const
+{
+  std::int64_t n = 0;
+  for (int i = 0; i < static_cast<int>(style->fresh.size()); ++i)
+    if (style->fresh[i])
+      for (const int j : stored_bonds.partners_of(i))
+        n += active[j] && (!style->fresh[j] || i < j);
+  return n;
+}
+
+/// Mass = full mass x mean weight of the stored bonds to active particles (facts 2.4: with its own weight alone a particle at
+/// the end of the overlap would be too light for its bonds).
+void DemSide::Engine::update_masses()
+{
+  LAMMPS_NS::Atom &atom = *lmp->atom;
+  for (int i = 0; i < atom.nlocal; ++i)
+  {
+    const int particle = atom.tag[i] - 1;
+    double sum = 0.;
+    int n = 0;
+    for (const int j : stored_bonds.partners_of(particle))
+      if (active[j])
+      {
+        sum += 0.5 * (weights[particle] + weights[j]);
+        ++n;
+      }
+    atom.rmass[i] = settings.density * packing.volume(particle) * (n > 0 ? sum / n : weights[particle]);
+  }
+}
+
+/// LIGGGHTS takes particles outside of the box away when it exchanges them between ranks.
+void DemSide::Engine::notice_leavers()
+{
+  if (lmp->atom->natoms == n_active)
+    return;
+  std::vector<char> here(packing.size(), 0);
+  for (int i = 0; i < lmp->atom->nlocal; ++i)
+    here[lmp->atom->tag[i] - 1] = 1;
+  MPI_Allreduce(here.data(), active.data(), packing.size(), MPI_CHAR, MPI_MAX, lmp->world);
+  n_left += n_active - static_cast<int>(lmp->atom->natoms);
+  n_active = static_cast<int>(lmp->atom->natoms);
+}
+
+void DemSide::Engine::stop_if_overstretched() const
+{
+  if (total(style->overstretched) > 0)
+    throw std::runtime_error("an intact bond is stretched far beyond its strength: the particles are unstable");
+}
+
+DemSide::DemSide(const Settings &settings)
+{
+  check(settings);
+  engine = std::make_unique<Engine>(settings);
+}
+
+DemSide::~DemSide() = default;
+
+void DemSide::insert(const std::vector<NewParticle> &particles)
+{
+  Engine &e = *engine;
+  e.check(particles);
+  if (particles.empty())
+    return;
+  LAMMPS_NS::Atom &atom = *e.lmp->atom;
+  const LAMMPS_NS::Domain &domain = *e.lmp->domain;
+
+  // The contact state is in the lists, whose ghosts are about to be overwritten: bring it to the particles first.
+  if (e.n_active > 0)
+    e.lmp->modify->setup_pre_exchange();
+  atom.nghost = 0;
+  std::int64_t made = 0;
+  for (const NewParticle &particle : particles)
+  {
+    const Eigen::Vector3d position = e.packing.positions.col(particle.index) + particle.displacement;
+    bool mine = true;
+    for (int c = 0; c < e.packing.dim; ++c)
+      mine = mine && position[c] >= domain.sublo[c] && position[c] < domain.subhi[c];
+    if (mine)
+    {
+      e.make(particle);
+      ++made;
+    }
+  }
+  if (e.total(made) != static_cast<std::int64_t>(particles.size()))
+    throw std::logic_error("inserted particles were taken by no rank or by two");
+  atom.natoms += particles.size();
+  atom.map_init();
+  atom.map_set();
+
+  e.style->fresh.resize(e.packing.size(), 0);
+  for (const NewParticle &particle : particles)
+    e.active[particle.index] = e.was_active[particle.index] = e.style->fresh[particle.index] = 1;
+  e.n_active += static_cast<int>(particles.size());
+  e.style->n_particles += particles.size();
+  ++e.style->order;
+  e.is_set_up = false;
+}
+
+void DemSide::set_weights(const Eigen::VectorXd &weight)
+{
+  Engine &e = *engine;
+  if (weight.size() != e.packing.size())
+    throw std::invalid_argument("there must be one weight for each particle of the store");
+  for (int i = 0; i < weight.size(); ++i)
+    if (e.active[i] && !(weight[i] > 0. && weight[i] <= 1.))
+      throw std::invalid_argument("the weight of particle " + std::to_string(i) + " must be in (0, 1], not " +
+                                  std::to_string(weight[i]));
+  e.weights = weight;
+  for (int i = 0; i < e.lmp->atom->nlocal; ++i)
+    e.style->set_weight(i, weight[e.lmp->atom->tag[i] - 1]);
+  e.is_set_up = false;
+}
+
+void DemSide::setup(const ForceHook &hook)
+{
+  Engine &e = *engine;
+  if (e.n_active == 0)
+  {
+    Particles none = particles();
+    if (hook)
+      hook(Phase::setup, none);
+    return;
+  }
+  e.update_masses();
+  const std::int64_t expected = e.n_bonds_to_fresh();
+  e.style->bond_ends_made = 0;
+  e.style->hook = &hook;
+  e.lmp->init();
+  e.lmp->update->integrate->setup();
+  e.style->hook = nullptr;
+  e.is_set_up = true;
+  e.notice_leavers();
+  const std::int64_t made = e.style->bond_ends_made / 2;
+  if (made != expected)
+    throw std::runtime_error("only " + std::to_string(made) + " of " + std::to_string(expected) +
+                             " bonds of the inserted particles could be made: particles are displaced too far from their "
+                             "stored positions");
+}
+
+void DemSide::advance(int steps, const ForceHook &hook)
+{
+  Engine &e = *engine;
+  e.require_set_up("advance()");
+  if (e.n_active == 0)
+  {
+    for (int i = 0; i < steps; ++i)
+    {
+      ++e.style->steps;
+      Particles none = particles();
+      if (hook)
+        hook(Phase::step, none);
+    }
+    return;
+  }
+  e.style->hook = &hook;
+  e.lmp->update->integrate->run(steps);
+  e.style->hook = nullptr;
+  e.notice_leavers();
+  e.stop_if_overstretched();
+}
+
+Particles DemSide::particles()
+{
+  return engine->style->particles();
+}
+int DemSide::n_active() const
+{
+  return engine->n_active;
+}
+const std::vector<char> &DemSide::is_active() const
+{
+  return engine->active;
+}
+int DemSide::n_left_domain() const
+{
+  return engine->n_left;
+}
+
+std::int64_t DemSide::n_bonds_intact() const
+{
+  engine->require_set_up("n_bonds_intact()");
+  return engine->n_active > 0 ? engine->total(engine->style->intact_bond_ends()) / 2 : 0;
+}
+
+std::int64_t DemSide::n_bonds_broken() const
+{
+  return engine->total(static_cast<std::int64_t>(engine->style->broken.size()));
+}
+
+std::vector<BrokenBond> DemSide::broken_bonds() const
+{
+  return engine->style->broken;
+}
+
+std::vector<ActiveBond> DemSide::bonds() const
+{
+  engine->require_set_up("bonds()");
+  return engine->n_active > 0 ? engine->style->bonds() : std::vector<ActiveBond>();
+}
+
+Energies DemSide::energies() const
+{
+  Engine &e = *engine;
+  e.require_set_up("energies()");
+  const LAMMPS_NS::Atom &atom = *e.lmp->atom;
+  const double inertia_factor = e.packing.dim == 2 ? 0.5 : 0.4; // of a disc, a sphere: J = factor m r^2
+  Energies sum;
+  for (int i = 0; i < atom.nlocal; ++i)
+    sum.kinetic +=
+      0.5 * atom.rmass[i] *
+      (Eigen::Map<const Eigen::Vector3d>(atom.v[i]).squaredNorm() +
+       inertia_factor * atom.radius[i] * atom.radius[i] * Eigen::Map<const Eigen::Vector3d>(atom.omega[i]).squaredNorm());
+  sum.elastic = e.n_active > 0 ? e.style->elastic_energy() : 0.;
+  sum.damping = e.style->dissipation.damping;
+  sum.friction = e.style->dissipation.friction;
+  sum.released = e.style->dissipation.released;
+  static_assert(sizeof(Energies) == 5 * sizeof(double));
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 5, MPI_DOUBLE, MPI_SUM, e.lmp->world);
+  return sum;
+}
+
+std::vector<double> DemSide::damage() const
+{
+  const LAMMPS_NS::Atom &atom = *engine->lmp->atom;
+  std::vector<double> damage(atom.nlocal, 0.);
+  for (int i = 0; i < atom.nlocal; ++i)
+    if (const int stored = engine->stored_bonds.count(atom.tag[i] - 1); stored > 0)
+      damage[i] = engine->style->broken_count(i) / stored;
+  return damage;
+}
+} // namespace kerf::dem

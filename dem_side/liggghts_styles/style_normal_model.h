@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// LIGGGHTS' build generates a list of its normal models under this name. kerf instantiates none of them.

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "dem_side/dem_side.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+/// The rock bond and the contact it leaves, as pure functions of one pair. No particle engine in here.
+///
+/// The bond is elastic and perfectly brittle with one normal and one tangential spring (Onate & Rojek, CMAME 193, 2004,
+/// sec. 2; Rojek et al., IJSS 49, 2012). It is written in total form: every force is a derivative of the potential
+///   U = k_n u_n^2 / 2 + k_t |u_t|^2 / 2
+/// of the present positions and rotations, so nothing drifts and the pair conserves momentum, angular momentum and energy.
+/// For small strains that is the incremental law of the papers.
+namespace kerf::dem::law
+{
+template <int dim>
+using Vector = Eigen::Matrix<double, dim, 1>;
+/// Rotation rates and moments: one component in two dimensions.
+template <int dim>
+using Spin = Eigen::Matrix<double, dim == 2 ? 1 : 3, 1>;
+
+/// Turned by 90 degrees. Composed of its components, the vector would be stored in two halves and read as one, which stalls.
+inline Vector<2> quarter_turn(const Vector<2> &a)
+{
+  alignas(16) static constexpr double signs[2] = {-1., 1.};
+  return a.reverse().cwiseProduct(Vector<2>::MapAligned(signs));
+}
+inline Spin<2> cross(const Vector<2> &a, const Vector<2> &b)
+{
+  return Spin<2>(a.x() * b.y() - a.y() * b.x());
+}
+inline Vector<2> cross(const Spin<2> &w, const Vector<2> &a)
+{
+  return w[0] * quarter_turn(a);
+}
+inline Vector<3> cross(const Vector<3> &a, const Vector<3> &b)
+{
+  return a.cross(b);
+}
+
+/// Two particles, seen from the first one. Branches end at the contact point and share the distance like the radii, which is
+/// what keeps a bond of unequal particles free of force when the pair turns as a rigid body.
+template <int dim>
+struct Pair
+{
+  Vector<dim> normal;  ///< unit vector from the first to the second particle
+  double distance;     ///< of the centres [m]
+  double share_first;  ///< branch of the first particle / distance [-]
+  double share_second; ///< branch of the second particle / distance [-]
+};
+
+template <int dim>
+[[gnu::always_inline]] inline Pair<dim> make_pair(const Vector<dim> &from, const Vector<dim> &to, double radius_from,
+                                                  double radius_to)
+{
+  const Vector<dim> between = to - from;
+  const double distance = std::sqrt(between.squaredNorm());
+  const double per_length = 1. / (radius_from + radius_to);
+  return {between * (1. / distance), distance, radius_from * per_length, radius_to * per_length};
+}
+
+/// Deformation of an intact bond.
+template <int dim>
+struct BondStrain
+{
+  double elongation; ///< u_n = d - d0 [m]
+  Vector<dim> shear; ///< u_t, displacement of the second particle against the first across the bond [m]
+  double slope;      ///< derivative of |u_t| by a displacement across the bond, 1 + O(strain) [-]
+};
+
+/// @param rest_length d0 [m]; @param first, @param second the reference normal of the bond turned with either particle.
+/// u_t = d0 (n (n.e) - e), e = shares-weighted mean of the turned reference normals.
+template <int dim>
+[[gnu::always_inline]] inline BondStrain<dim> bond_strain(const Pair<dim> &pair, double rest_length, const Vector<dim> &first,
+                                                          const Vector<dim> &second)
+{
+  const Vector<dim> reference = pair.share_first * first + pair.share_second * second;
+  const double aligned = pair.normal.dot(reference);
+  return {pair.distance - rest_length, rest_length * (aligned * pair.normal - reference),
+          aligned * rest_length / pair.distance};
+}
+
+/// What a pair does to its first particle; the second one gets -force.
+template <int dim>
+struct PairLoad
+{
+  Vector<dim> force;      ///< on the first particle [N]
+  Spin<dim> torque_first; ///< [N m]
+  Spin<dim> torque_second;
+};
+
+/// Minus the derivative of the potential. force x distance balances the two torques exactly.
+template <int dim>
+[[gnu::always_inline]] inline PairLoad<dim> bond_load(const Pair<dim> &pair, const BondStrain<dim> &strain, double rest_length,
+                                                      const Vector<dim> &first, const Vector<dim> &second,
+                                                      const BondParameters &bond)
+{
+  const double arm = bond.k_t * rest_length;
+  return {bond.k_n * strain.elongation * pair.normal + bond.k_t * strain.slope * strain.shear,
+          pair.share_first * arm * cross(first, strain.shear), pair.share_second * arm * cross(second, strain.shear)};
+}
+
+template <int dim>
+double bond_energy(const BondStrain<dim> &strain, const BondParameters &bond)
+{
+  return 0.5 * (bond.k_n * strain.elongation * strain.elongation + bond.k_t * strain.shear.squaredNorm());
+}
+
+enum class Failure
+{
+  none,
+  tension,
+  shear
+};
+
+/// Tension and shear are checked independently, compression alone never breaks the bond (Onate & Rojek 2004).
+template <int dim>
+Failure bond_failure(const BondStrain<dim> &strain, const BondParameters &bond)
+{
+  if (bond.k_n * strain.elongation >= bond.R_n)
+    return Failure::tension;
+  if (bond.k_t * bond.k_t * strain.shear.squaredNorm() >= bond.R_t * bond.R_t)
+    return Failure::shear;
+  return Failure::none;
+}
+
+/// Distance at which an unbonded pair begins to touch [m]. Particles of a packing may overlap as stored: the length of a
+/// former bond makes sure that this overlap does not push when the bond breaks. @param rest_length 0 when never bonded.
+inline double contact_length(double radii, double rest_length)
+{
+  return rest_length > 0. ? std::min(radii, rest_length) : radii;
+}
+
+/// Velocity of the second particle against the first at their contact point [m/s].
+template <int dim>
+[[gnu::always_inline]] inline Vector<dim> contact_velocity(const Pair<dim> &pair, const Vector<dim> &velocity_first,
+                                                           const Vector<dim> &velocity_second, const Spin<dim> &spin_first,
+                                                           const Spin<dim> &spin_second)
+{
+  const Spin<dim> roll = pair.distance * (pair.share_first * spin_first + pair.share_second * spin_second);
+  return velocity_second - velocity_first - cross(roll, pair.normal);
+}
+
+/// Torques of a force that acts at the contact point.
+template <int dim>
+[[gnu::always_inline]] inline PairLoad<dim> contact_point_load(const Pair<dim> &pair, const Vector<dim> &force)
+{
+  const Spin<dim> moment = pair.distance * cross(pair.normal, force);
+  return {force, pair.share_first * moment, pair.share_second * moment};
+}
+
+/// Turns the tangential spring of a sliding contact into the present contact plane without changing its length.
+template <int dim>
+Vector<dim> in_contact_plane(const Vector<dim> &spring, const Vector<dim> &normal)
+{
+  const Vector<dim> projected = spring - normal.dot(spring) * normal;
+  const double length = projected.norm();
+  return length > 0. ? Vector<dim>(projected * (spring.norm() / length)) : Vector<dim>::Zero();
+}
+
+/// Coulomb's bound on the tangential force of a contact: trial and return.
+template <int dim>
+struct Friction
+{
+  Vector<dim> spring; ///< elastic tangential displacement that is left [m]
+  Vector<dim> force;  ///< on the first particle, damping included [N]
+  bool sliding;
+};
+
+/// @param trial tangential spring before the bound [m]; @param stiffness, @param normal_force of the contact [N/m], [N];
+/// @param damping_force viscous tangential force on the first particle [N], dropped while sliding.
+template <int dim>
+Friction<dim> coulomb(const Vector<dim> &trial, double stiffness, double normal_force, double coefficient,
+                      const Vector<dim> &damping_force)
+{
+  const double limit = coefficient * normal_force;
+  const Vector<dim> sticking = stiffness * trial + damping_force;
+  if (sticking.squaredNorm() <= limit * limit)
+    return {trial, sticking, false};
+  const double elastic = stiffness * trial.norm();
+  const Vector<dim> spring = elastic > limit ? Vector<dim>(trial * (limit / elastic)) : trial;
+  return {spring, stiffness * spring, true};
+}
+
+/// Viscosity of a spring with a fraction of its critical damping, c = 2 xi sqrt(m12 k) (Onate & Rojek 2004) [N s/m].
+inline double viscosity(double fraction, double mass_first, double mass_second, double stiffness)
+{
+  return 2. * fraction * std::sqrt(mass_first * mass_second / (mass_first + mass_second) * stiffness);
+}
+} // namespace kerf::dem::law

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "fem_side/explicit_solver.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <stdexcept>
+
+namespace kerf::fem
+{
+template <int dim>
+ExplicitSolver<dim>::ExplicitSolver(const Settings &given)
+  : settings(given), law{given.material.lame_lambda(), given.material.lame_mu()}, space(given.comm, given.mesh), locator(space),
+    kernel(law), prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)), surface(space, settings.surface_spacing),
+    absorbing(settings.material, settings.boundary_conditions)
+{
+  for (NodalVector *v : {&displacement, &velocity, &force, &mass})
+    v->reinit(space.partitioner);
+  compute_quadrature_points();
+  set_weights(Eigen::VectorXd::Ones(points.cols()));
+  set_window({});
+}
+
+template <int dim>
+void ExplicitSolver<dim>::compute_quadrature_points()
+{
+  points.setZero(3, n * space.owned_cells.size());
+  for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
+    for (int q = 0; q < n; ++q)
+      points.col(n * c + q).template head<dim>() =
+        space.cell_nodes(space.owned_cells[c]) * q1::shape_values<dim>(q1::gauss_point<dim>(q));
+}
+
+template <int dim>
+void ExplicitSolver<dim>::set_weights(const Eigen::VectorXd &weights)
+{
+  if (weights.size() != points.cols())
+    throw std::runtime_error("weights: not as many as quadrature points");
+  if (weights.size() > 0 && !(weights.minCoeff() >= 0. && weights.maxCoeff() <= 1. + 1e-12))
+    throw std::runtime_error("weights: must lie between 0 and 1");
+  alpha = weights;
+  build_kernel();
+  compute_masses();
+  stop_massless_nodes();
+  surface.set_weights(alpha);
+  absorbing.assemble(space, surface, prescribed, mass);
+  forces_are_current = false;
+}
+
+template <int dim>
+void ExplicitSolver<dim>::build_kernel()
+{
+  kernel.clear();
+  std::array<double, n> cell_alpha;
+  for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
+    if (is_active(c))
+    {
+      for (int q = 0; q < n; ++q)
+        cell_alpha[q] = alpha[n * c + q];
+      kernel.add_cell(space.owned_cell_dofs[c], space.cell_nodes(space.owned_cells[c]), cell_alpha);
+    }
+  n_active = kernel.n_cells();
+  MPI_Allreduce(MPI_IN_PLACE, &n_active, 1, MPI_INT, MPI_SUM, space.comm);
+}
+
+template <int dim>
+void ExplicitSolver<dim>::compute_masses()
+{
+  mass = 0.;
+  mass.zero_out_ghost_values();
+  for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
+  {
+    if (!is_active(c))
+      continue;
+    const q1::NodalValues<dim> X = space.cell_nodes(space.owned_cells[c]);
+    for (int q = 0; q < n; ++q)
+    {
+      const auto xi = q1::gauss_point<dim>(q);
+      const auto N = q1::shape_values<dim>(xi);
+      const Eigen::Matrix<double, dim, dim> J = X * q1::shape_derivatives<dim>(xi);
+      const double point_mass = alpha[n * c + q] * settings.material.density * J.determinant();
+      for (int a = 0; a < n; ++a)
+        for (int d = 0; d < dim; ++d)
+          mass.local_element(space.owned_cell_dofs[c][a] + d) += N[a] * point_mass;
+    }
+  }
+  mass.compress(dealii::VectorOperation::add);
+
+  inverse_mass.resize(space.n_owned_dofs());
+  for (int i = 0; i < space.n_owned_dofs(); ++i)
+    inverse_mass[i] = mass.local_element(i) > 0. ? 1. / mass.local_element(i) : 0.;
+  for (const PrescribedDof &dof : prescribed)
+    inverse_mass[dof.dof] = 0.;
+}
+
+template <int dim>
+void ExplicitSolver<dim>::stop_massless_nodes()
+{
+  for (int i = 0; i < space.n_owned_dofs(); ++i)
+    if (mass.local_element(i) == 0.)
+      velocity.local_element(i) = 0.;
+}
+
+template <int dim>
+void ExplicitSolver<dim>::begin_step(const double dt, const double time)
+{
+  if (!forces_are_current)
+    compute_forces();
+  double *u = displacement.begin(), *v = velocity.begin();
+  const double *f = force.begin();
+  const int n_dofs = space.n_owned_dofs();
+
+  boundary_work -= kinetic_energy_of_velocity_boundaries();
+  absorbing.begin_step(dt, v);
+  for (int i = 0; i < n_dofs; ++i)
+    v[i] += 0.5 * dt * inverse_mass[i] * f[i];
+  for (const PrescribedDof &dof : prescribed)
+  {
+    const bool moves = dof.condition && mass.local_element(dof.dof) > 0.;
+    v[dof.dof] = moves ? dof.condition->velocity_at(time - 0.5 * dt)[dof.component] : 0.;
+    boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
+  }
+  absorbed_energy += absorbing.energy_of_begin(dt, v);
+  for (int i = 0; i < n_dofs; ++i)
+    u[i] += dt * v[i];
+}
+
+template <int dim>
+void ExplicitSolver<dim>::compute_forces()
+{
+  displacement.update_ghost_values();
+  velocity.update_ghost_values(); // read by surface_points(), which is not collective
+  force = 0.;
+  force.zero_out_ghost_values();
+  kernel.subtract_internal_forces(displacement.begin(), force.begin());
+  force.compress(dealii::VectorOperation::add);
+  forces_are_current = true;
+}
+
+template <int dim>
+void ExplicitSolver<dim>::end_step(const double dt, const double time)
+{
+  double *v = velocity.begin();
+  const double *f = force.begin();
+
+  // Work of the velocity boundaries: what their nodes gain in kinetic energy and pass on to the rest (trapezoidal rule).
+  for (const PrescribedDof &dof : prescribed)
+    boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
+  absorbing.keep_half_step_velocity(v);
+  for (int i = 0; i < space.n_owned_dofs(); ++i)
+    v[i] += 0.5 * dt * inverse_mass[i] * f[i];
+  absorbed_energy += absorbing.end_step(dt, v);
+  for (const PrescribedDof &dof : prescribed)
+  {
+    const bool moves = dof.condition && mass.local_element(dof.dof) > 0.;
+    v[dof.dof] = moves ? dof.condition->velocity_at(time)[dof.component] : 0.;
+  }
+  boundary_work += kinetic_energy_of_velocity_boundaries();
+}
+
+template <int dim>
+double ExplicitSolver<dim>::kinetic_energy_of_velocity_boundaries() const
+{
+  double energy = 0.;
+  for (const PrescribedDof &dof : prescribed)
+  {
+    const double v = velocity.local_element(dof.dof);
+    energy += 0.5 * mass.local_element(dof.dof) * v * v;
+  }
+  return energy;
+}
+
+template <int dim>
+void ExplicitSolver<dim>::set_window(const std::vector<int> &nodes)
+{
+  for (const int node : nodes)
+    if (node < 0 || node >= space.mesh.n_nodes())
+      throw std::runtime_error("window: the mesh has no node " + std::to_string(node));
+  window = std::make_unique<Window<dim>>(space, nodes);
+}
+
+template <int dim>
+const NodalVector &ExplicitSolver<dim>::vector(const NodalField field) const
+{
+  switch (field)
+  {
+  case NodalField::displacement:
+    return displacement;
+  case NodalField::velocity:
+    return velocity;
+  case NodalField::force:
+    return force;
+  default:
+    return mass;
+  }
+}
+
+template <int dim>
+void ExplicitSolver<dim>::read_window(const NodalField field, Eigen::Matrix3Xd &values) const
+{
+  window->read(vector(field), values);
+  if (field == NodalField::mass)
+    values.row(2) = values.row(0);
+}
+
+template <int dim>
+void ExplicitSolver<dim>::add_window_forces(const Eigen::Matrix3Xd &forces)
+{
+  if (forces.cols() != window->n_nodes())
+    throw std::runtime_error("window forces: not as many as window nodes");
+  window->add(forces, force);
+}
+
+template <int dim>
+void ExplicitSolver<dim>::surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, SurfacePoints &found) const
+{
+  surface.find_points(displacement.begin(), velocity.begin(), lower, upper, found);
+}
+
+template <int dim>
+void ExplicitSolver<dim>::add_surface_forces(const Eigen::Matrix3Xd &forces)
+{
+  // Ghost entries are zero since the last compress(), so this adds the new contributions alone to their owners.
+  surface.add_forces(forces, force.begin());
+  force.compress(dealii::VectorOperation::add);
+}
+
+template <int dim>
+void ExplicitSolver<dim>::set_state(const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v)
+{
+  if (u.cols() != space.mesh.n_nodes() || v.cols() != space.mesh.n_nodes())
+    throw std::runtime_error("state: not as many values as nodes");
+  for (std::size_t i = 0; i < space.owned_nodes.size(); ++i)
+    for (int c = 0; c < dim; ++c)
+    {
+      displacement.local_element(dim * i + c) = u(c, space.owned_nodes[i]);
+      velocity.local_element(dim * i + c) = v(c, space.owned_nodes[i]);
+    }
+  stop_massless_nodes();
+  displacement.update_ghost_values();
+  velocity.update_ghost_values();
+  forces_are_current = false;
+}
+
+template <int dim>
+Eigen::Matrix3Xd ExplicitSolver<dim>::gather(const NodalField field) const
+{
+  const NodalVector &values = vector(field);
+  Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, space.mesh.n_nodes());
+  for (std::size_t i = 0; i < space.owned_nodes.size(); ++i)
+    for (int c = 0; c < dim; ++c)
+      result(c, space.owned_nodes[i]) = values.local_element(dim * i + c);
+  MPI_Allreduce(MPI_IN_PLACE, result.data(), static_cast<int>(result.size()), MPI_DOUBLE, MPI_SUM, space.comm);
+  if (field == NodalField::mass)
+    result.row(2) = result.row(0);
+  return result;
+}
+
+template <int dim>
+Energies ExplicitSolver<dim>::energies() const
+{
+  NodalVector u = displacement;
+  u.update_ghost_values();
+  double kinetic = 0.;
+  for (int i = 0; i < space.n_owned_dofs(); ++i)
+    kinetic += 0.5 * mass.local_element(i) * velocity.local_element(i) * velocity.local_element(i);
+  std::array<double, 4> sums = {{kinetic, kernel.elastic_energy(u.begin()), boundary_work, absorbed_energy}};
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, space.comm);
+  return {sums[0], sums[1], sums[2], sums[3]};
+}
+
+template class ExplicitSolver<2>;
+template class ExplicitSolver<3>;
+} // namespace kerf::fem

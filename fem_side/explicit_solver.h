@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "fem_side/absorbing_boundary.h"
+#include "fem_side/cell_kernel.h"
+#include "fem_side/fem_side.h"
+#include "fem_side/nodal_space.h"
+#include "fem_side/point_locator.h"
+#include "fem_side/prescribed_motion.h"
+#include "fem_side/surface.h"
+#include "fem_side/window.h"
+
+#include <memory>
+
+namespace kerf::fem
+{
+/// Multilinear elements with full integration and lumped mass, total Lagrangian, central differences.
+template <int dim>
+class ExplicitSolver final : public FemSide
+{
+public:
+  /// Collective.
+  explicit ExplicitSolver(const Settings &settings);
+
+  const Mesh &mesh() const override { return space.mesh; }
+  const Eigen::Matrix3Xd &quadrature_points() const override { return points; }
+  const std::vector<int> &owned_cells() const override { return space.owned_cells; }
+  std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const override { return locator.locate(points); }
+
+  void set_weights(const Eigen::VectorXd &alpha) override;
+  int n_active_cells() const override { return n_active; }
+
+  void begin_step(double dt, double time) override;
+  void compute_forces() override;
+  void end_step(double dt, double time) override;
+
+  void set_window(const std::vector<int> &nodes) override;
+  void read_window(NodalField field, Eigen::Matrix3Xd &values) const override;
+  void add_window_forces(const Eigen::Matrix3Xd &forces) override;
+
+  void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, SurfacePoints &points) const override;
+  void add_surface_forces(const Eigen::Matrix3Xd &forces) override;
+
+  CellStress cell_stress() const override;
+  void set_state(const Eigen::Matrix3Xd &displacement, const Eigen::Matrix3Xd &velocity) override;
+  Eigen::Matrix3Xd gather(NodalField field) const override;
+  Energies energies() const override;
+  double stable_step() const override;
+  void write_vtu(const std::string &path,
+                 const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const override;
+
+private:
+  static constexpr int n = q1::n_nodes<dim>;
+
+  const NodalVector &vector(NodalField field) const;
+  void compute_quadrature_points();
+  void build_kernel();
+  void compute_masses();
+  void stop_massless_nodes();
+  bool is_active(int owned_cell) const { return (alpha.template segment<n>(owned_cell * n).array() > 0.).any(); }
+  double kinetic_energy_of_velocity_boundaries() const;
+
+  Settings settings;
+  StVenantKirchhoff law;
+  NodalSpace<dim> space;
+  PointLocator<dim> locator;
+  Eigen::Matrix3Xd points;
+
+  Eigen::VectorXd alpha; ///< weight of every quadrature point of owned cells
+  CellKernel<dim> kernel;
+  int n_active = 0;
+  NodalVector displacement, velocity, force, mass;
+  std::vector<double> inverse_mass; ///< per owned component; 0 where prescribed or without mass
+  bool forces_are_current = false;  ///< false after a change of state or weights from outside
+
+  std::vector<PrescribedDof> prescribed;
+  Surface<dim> surface;
+  AbsorbingBoundary<dim> absorbing;
+  std::unique_ptr<Window<dim>> window;
+  double boundary_work = 0.;   ///< this rank's part [J]
+  double absorbed_energy = 0.; ///< this rank's part [J]
+};
+} // namespace kerf::fem

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "fem_side/mesh_builder.h"
+
+#include "fem_side/graded_axis.h"
+
+#include <deal.II/grid/grid_generator.h>
+#include <deal.II/grid/grid_in.h>
+#include <deal.II/grid/grid_tools.h>
+
+#include <algorithm>
+#include <fstream>
+#include <numeric>
+#include <stdexcept>
+
+namespace kerf::fem
+{
+namespace
+{
+template <int dim>
+void check_box(const MeshSettings &s)
+{
+  for (int d = 0; d < dim; ++d)
+    if (!(s.upper[d] > s.lower[d]))
+      throw std::runtime_error("mesh: the upper box corner must lie above the lower one in every direction");
+  if (!(s.cell_size > 0.))
+    throw std::runtime_error("mesh: the cell size must be positive");
+  if (!(s.growth >= 1.))
+    throw std::runtime_error("mesh: the growth of the cell size must be at least 1");
+  if (s.largest_cell_size != 0. && !(s.largest_cell_size >= s.cell_size))
+    throw std::runtime_error("mesh: the largest cell size must not be below the cell size");
+}
+
+template <int dim>
+void structured_box(const MeshSettings &s, dealii::Triangulation<dim> &triangulation)
+{
+  check_box<dim>(s);
+  std::array<std::vector<double>, dim> x;
+  std::vector<unsigned int> repetitions(dim);
+  dealii::Point<dim> upper;
+  for (int d = 0; d < dim; ++d)
+  {
+    x[d] = vertex_coordinates(
+      {s.lower[d], s.upper[d], s.cell_size, s.fine_lower[d], s.fine_upper[d], s.growth, s.largest_cell_size});
+    repetitions[d] = x[d].size() - 1;
+    upper[d] = repetitions[d];
+  }
+  // Built on the integers and moved: every vertex gets exactly its coordinate, the box corners exactly theirs.
+  dealii::GridGenerator::subdivided_hyper_rectangle(triangulation, repetitions, dealii::Point<dim>(), upper, true);
+  dealii::GridTools::transform(
+    [&x](const dealii::Point<dim> &index)
+    {
+      dealii::Point<dim> vertex;
+      for (int d = 0; d < dim; ++d)
+        vertex[d] = x[d][std::lround(index[d])];
+      return vertex;
+    },
+    triangulation);
+}
+
+template <int dim>
+void read_gmsh(const std::string &file, dealii::Triangulation<dim> &triangulation)
+{
+  std::ifstream stream(file);
+  if (!stream)
+    throw std::runtime_error("mesh file '" + file + "': cannot be opened");
+  dealii::GridIn<dim> reader;
+  reader.attach_triangulation(triangulation);
+  try
+  {
+    reader.read_msh(stream);
+  }
+  catch (const std::exception &)
+  {
+    throw std::runtime_error("mesh file '" + file + "': not a gmsh mesh of dimension " + std::to_string(dim));
+  }
+  if (!triangulation.all_reference_cells_are_hyper_cube())
+    throw std::runtime_error("mesh file '" + file + "': has " + (dim == 2 ? "triangles" : "tetrahedra or wedges") +
+                             ", allowed are " + (dim == 2 ? "quadrilaterals" : "hexahedra") + " (gmsh: recombine)");
+}
+
+/// Gives cells[first, last) to ranks[low, high): cut across the longest extent, cells in proportion to ranks.
+template <int dim>
+void bisect(const std::vector<dealii::Point<dim>> &centres, const std::vector<int>::iterator first,
+            const std::vector<int>::iterator last, const int low, const int high, std::vector<int> &owner)
+{
+  if (high - low == 1 || first == last)
+  {
+    std::for_each(first, last, [&](const int cell) { owner[cell] = low; });
+    return;
+  }
+  int direction = 0;
+  double longest = -1.;
+  for (int d = 0; d < dim; ++d)
+  {
+    const auto [a, b] = std::minmax_element(first, last, [&](int i, int j) { return centres[i][d] < centres[j][d]; });
+    const double extent = centres[*b][d] - centres[*a][d];
+    if (extent > longest * (1. + 1e-9))
+    {
+      longest = extent;
+      direction = d;
+    }
+  }
+  const int middle = (low + high) / 2;
+  const auto cut = first + (last - first) * (middle - low) / (high - low);
+  std::nth_element(first, cut, last,
+                   [&](const int i, const int j) {
+                     return centres[i][direction] != centres[j][direction] ? centres[i][direction] < centres[j][direction]
+                                                                           : i < j;
+                   });
+  bisect<dim>(centres, first, cut, low, middle, owner);
+  bisect<dim>(centres, cut, last, middle, high, owner);
+}
+
+template <int dim>
+void partition(dealii::Triangulation<dim> &triangulation, const int n_ranks)
+{
+  std::vector<dealii::Point<dim>> centres;
+  for (const auto &cell : triangulation.active_cell_iterators())
+    centres.push_back(cell->center());
+  std::vector<int> cells(centres.size()), owner(centres.size());
+  std::iota(cells.begin(), cells.end(), 0);
+  bisect<dim>(centres, cells.begin(), cells.end(), 0, n_ranks, owner);
+  for (const auto &cell : triangulation.active_cell_iterators())
+    cell->set_subdomain_id(owner[cell->active_cell_index()]);
+}
+} // namespace
+
+template <int dim>
+std::unique_ptr<dealii::parallel::shared::Triangulation<dim>> build_triangulation(MPI_Comm comm, const MeshSettings &settings)
+{
+  using Shared = dealii::parallel::shared::Triangulation<dim>;
+  dealii::Triangulation<dim> serial;
+  if (settings.gmsh_file.empty())
+    structured_box(settings, serial);
+  else
+    read_gmsh(settings.gmsh_file, serial);
+
+  auto triangulation = std::make_unique<Shared>(comm, dealii::Triangulation<dim>::none, false, Shared::partition_custom_signal);
+  const auto connection = triangulation->signals.create.connect(
+    [&] { partition<dim>(*triangulation, dealii::Utilities::MPI::n_mpi_processes(comm)); });
+  triangulation->copy_triangulation(serial);
+  connection.disconnect();
+  return triangulation;
+}
+
+template std::unique_ptr<dealii::parallel::shared::Triangulation<2>> build_triangulation<2>(MPI_Comm, const MeshSettings &);
+template std::unique_ptr<dealii::parallel::shared::Triangulation<3>> build_triangulation<3>(MPI_Comm, const MeshSettings &);
+} // namespace kerf::fem

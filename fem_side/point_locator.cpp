@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "fem_side/point_locator.h"
+
+#include <Eigen/Dense>
+#include <limits>
+
+namespace kerf::fem
+{
+namespace
+{
+/// How far a point may lie outside a cell [-1, 1]^dim and still belong to it; covers round-off on faces.
+constexpr double face_tolerance = 2e-9;
+
+/// Newton's method for X(xi) = point; false when it leads nowhere, which happens only outside the cell.
+template <int dim>
+bool invert(const q1::NodalValues<dim> &X, const q1::Point<dim> &point, q1::Point<dim> &xi)
+{
+  xi.setZero();
+  for (int i = 0; i < 20; ++i)
+  {
+    const Eigen::Matrix<double, dim, dim> J = X * q1::shape_derivatives<dim>(xi);
+    const q1::Point<dim> step = J.inverse() * (point - X * q1::shape_values<dim>(xi));
+    if (!step.allFinite() || step.norm() > 1e3)
+      return false;
+    xi += step;
+    if (step.norm() < 1e-12)
+      return true;
+  }
+  return false;
+}
+
+template <int dim>
+Interpolation interpolation(const Mesh &mesh, const int cell, const q1::NodalValues<dim> &X, const q1::Point<dim> &xi)
+{
+  const auto D = q1::shape_derivatives<dim>(xi);
+  const auto N = q1::shape_values<dim>(xi);
+  const Eigen::Matrix<double, dim, dim> inverse = (X * D).inverse();
+  Interpolation result;
+  result.cell = cell;
+  result.n = q1::n_nodes<dim>;
+  for (int a = 0; a < result.n; ++a)
+  {
+    result.nodes[a] = mesh.cells(a, cell);
+    result.N[a] = N[a];
+    result.dN.template block<dim, 1>(0, a) = inverse.transpose() * D.row(a).transpose();
+  }
+  return result;
+}
+} // namespace
+
+template <int dim>
+PointLocator<dim>::PointLocator(const NodalSpace<dim> &space) : space(space)
+{
+  std::vector<std::pair<Box, int>> boxes;
+  for (int cell = 0; cell < space.mesh.n_cells(); ++cell)
+  {
+    const q1::NodalValues<dim> X = space.cell_nodes(cell);
+    const q1::Point<dim> lower = X.rowwise().minCoeff(), upper = X.rowwise().maxCoeff();
+    const double margin = face_tolerance * (upper - lower).maxCoeff();
+    dealii::Point<dim> a, b;
+    for (int d = 0; d < dim; ++d)
+    {
+      a[d] = lower[d] - margin;
+      b[d] = upper[d] + margin;
+    }
+    boxes.emplace_back(Box({a, b}), cell);
+  }
+  tree = dealii::pack_rtree(boxes);
+}
+
+template <int dim>
+std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &points) const
+{
+  std::vector<Interpolation> result(points.cols());
+  std::vector<std::pair<Box, int>> candidates;
+  for (Eigen::Index i = 0; i < points.cols(); ++i)
+  {
+    const q1::Point<dim> point = points.col(i).template head<dim>();
+    dealii::Point<dim> p;
+    for (int d = 0; d < dim; ++d)
+      p[d] = point[d];
+    candidates.clear();
+    tree.query(boost::geometry::index::intersects(p), std::back_inserter(candidates));
+
+    double best = 1. + face_tolerance;
+    for (const auto &candidate : candidates)
+    {
+      const q1::NodalValues<dim> X = space.cell_nodes(candidate.second);
+      q1::Point<dim> xi;
+      if (!invert<dim>(X, point, xi) || !(xi.cwiseAbs().maxCoeff() < best))
+        continue;
+      best = xi.cwiseAbs().maxCoeff();
+      result[i] = interpolation<dim>(space.mesh, candidate.second, X, xi);
+    }
+  }
+  return result;
+}
+
+template class PointLocator<2>;
+template class PointLocator<3>;
+} // namespace kerf::fem

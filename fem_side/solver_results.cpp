@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What the solver computes on demand: stresses, stable step, output.
+#include "fem_side/explicit_solver.h"
+#include "fem_side/largest_eigenvalue.h"
+#include "fem_side/vtu_output.h"
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <limits>
+
+namespace kerf::fem
+{
+namespace
+{
+/// Cauchy stress sigma = F S F^T / det F from H = du/dX; order xx, yy, zz, yz, xz, xy.
+template <int dim>
+Eigen::Matrix<double, 6, 1> cauchy_stress(const StVenantKirchhoff &law, const Eigen::Matrix<double, dim, dim> &gradient)
+{
+  double H[dim][dim], E[dim][dim], S[dim][dim];
+  for (int i = 0; i < dim; ++i)
+    for (int j = 0; j < dim; ++j)
+      H[i][j] = gradient(i, j);
+  StVenantKirchhoff::green_strain<dim>(H, E);
+  const double out_of_plane = law.second_piola<dim>(E, S);
+  Eigen::Matrix3d full = out_of_plane * Eigen::Vector3d(0., 0., 1.).asDiagonal();
+  for (int i = 0; i < dim; ++i)
+    for (int j = 0; j < dim; ++j)
+      full(i, j) = S[i][j];
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  F.topLeftCorner<dim, dim>() += gradient;
+  const Eigen::Matrix3d sigma = F * full * F.transpose() / F.determinant();
+  Eigen::Matrix<double, 6, 1> result;
+  result << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(1, 2), sigma(0, 2), sigma(0, 1);
+  return result;
+}
+
+/// A fixed number in (-1, 1) for every component of every node, so that the answer does not depend on the ranks (splitmix64).
+double start_value(const std::uint64_t index)
+{
+  std::uint64_t z = (index + 1) * 0x9e3779b97f4a7c15ull;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+  z ^= z >> 31;
+  return static_cast<double>(z >> 11) * 0x1p-52 - 1.;
+}
+} // namespace
+
+template <int dim>
+CellStress ExplicitSolver<dim>::cell_stress() const
+{
+  NodalVector u = displacement;
+  u.update_ghost_values();
+  const auto D = q1::shape_derivatives<dim>(q1::Point<dim>::Zero());
+  CellStress result;
+  result.sigma.resize(6, kernel.n_cells());
+  for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
+  {
+    if (!is_active(c))
+      continue;
+    q1::NodalValues<dim> values;
+    for (int a = 0; a < n; ++a)
+      values.col(a) = Eigen::Map<const q1::Point<dim>>(u.begin() + space.owned_cell_dofs[c][a]);
+    const Eigen::Matrix<double, dim, dim> J = space.cell_nodes(space.owned_cells[c]) * D;
+    result.sigma.col(result.cell.size()) = cauchy_stress<dim>(law, values * D * J.inverse());
+    result.cell.push_back(space.owned_cells[c]);
+  }
+  return result;
+}
+
+template <int dim>
+double ExplicitSolver<dim>::stable_step() const
+{
+  const int n_dofs = space.n_owned_dofs();
+  const Eigen::VectorXd scale = Eigen::Map<const Eigen::VectorXd>(inverse_mass.data(), n_dofs).cwiseSqrt();
+  NodalVector u(space.partitioner), f(space.partitioner);
+  const auto apply = [&](const Eigen::VectorXd &x, Eigen::VectorXd &y)
+  {
+    for (int i = 0; i < n_dofs; ++i)
+      u.local_element(i) = scale[i] * x[i];
+    u.update_ghost_values();
+    f = 0.;
+    f.zero_out_ghost_values();
+    kernel.subtract_linear_forces(u.begin(), f.begin());
+    f.compress(dealii::VectorOperation::add);
+    for (int i = 0; i < n_dofs; ++i)
+      y[i] = -scale[i] * f.local_element(i);
+  };
+  Eigen::VectorXd start(n_dofs);
+  for (int i = 0; i < n_dofs; ++i)
+    start[i] = scale[i] > 0. ? start_value(std::uint64_t(dim) * space.owned_nodes[i / dim] + i % dim) : 0.;
+
+  const LargestEigenvalue omega_squared = largest_eigenvalue(apply, start, space.comm, 1e-3, 500);
+  if (!(omega_squared.value > 0.))
+    return std::numeric_limits<double>::infinity();
+  return 2. / std::sqrt(omega_squared.value + omega_squared.error);
+}
+
+template <int dim>
+void ExplicitSolver<dim>::write_vtu(const std::string &path,
+                                    const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const
+{
+  NodalVector u = displacement, v = velocity;
+  u.update_ghost_values();
+  v.update_ghost_values();
+  const int n_cells = space.mesh.n_cells();
+  VtuContent content{u, v, std::vector<bool>(n_cells, false), {}};
+
+  dealii::Vector<double> mean_alpha(n_cells);
+  for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
+    mean_alpha[space.owned_cells[c]] = alpha.template segment<n>(n * c).mean();
+  content.cell_data.emplace_back("alpha", mean_alpha);
+
+  const CellStress stress = cell_stress();
+  const std::array<const char *, 6> names = {{"xx", "yy", "zz", "yz", "xz", "xy"}};
+  for (int k = 0; k < 6; ++k)
+  {
+    if (dim == 2 && (k == 3 || k == 4))
+      continue;
+    dealii::Vector<double> component(n_cells);
+    for (std::size_t i = 0; i < stress.cell.size(); ++i)
+      component[stress.cell[i]] = stress.sigma(k, i);
+    content.cell_data.emplace_back(std::string("stress_") + names[k], component);
+  }
+  for (const int cell : stress.cell)
+    content.written[cell] = true;
+
+  for (const auto &[name, values] : cell_fields)
+  {
+    if (values.size() != n_cells)
+      throw std::runtime_error("cell field '" + name + "': not as many values as mesh cells");
+    content.cell_data.emplace_back(name, dealii::Vector<double>(values.data(), values.data() + n_cells));
+  }
+  write_vtu_file<dim>(space, path, content);
+}
+
+template CellStress ExplicitSolver<2>::cell_stress() const;
+template CellStress ExplicitSolver<3>::cell_stress() const;
+template double ExplicitSolver<2>::stable_step() const;
+template double ExplicitSolver<3>::stable_step() const;
+template void ExplicitSolver<2>::write_vtu(const std::string &,
+                                           const std::vector<std::pair<std::string, Eigen::VectorXd>> &) const;
+template void ExplicitSolver<3>::write_vtu(const std::string &,
+                                           const std::vector<std::pair<std::string, Eigen::VectorXd>> &) const;
+} // namespace kerf::fem
