@@ -136,7 +136,15 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
 void CoupledModel::advance(int steps)
 {
   clock.restart();
-  dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &particles) { cycle(phase, particles); });
+  try
+  {
+    dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &particles) { cycle(phase, particles); });
+  }
+  catch (const std::runtime_error &error)
+  {
+    // The particle side notices runaway bonds before energies are looked at, on all ranks alike.
+    throw UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what());
+  }
   clock.lap(Part::dem);
 }
 

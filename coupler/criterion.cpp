@@ -17,8 +17,8 @@ double stress_measure(Criterion criterion, const Eigen::Matrix<double, 6, 1> &si
   }
   Eigen::Matrix3d tensor;
   tensor << sigma[0], sigma[5], sigma[4], sigma[5], sigma[1], sigma[3], sigma[4], sigma[3], sigma[2];
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-  solver.computeDirect(tensor, Eigen::EigenvaluesOnly);
+  // Not computeDirect(): its closed form is good to half the digits only.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(tensor, Eigen::EigenvaluesOnly);
   const double largest = solver.eigenvalues()[2], smallest = solver.eigenvalues()[0];
   if (criterion == Criterion::maximum_principal)
     return largest;

@@ -26,7 +26,7 @@ Moduli affine_moduli(const Packing &packing, double k_n, double k_t);
 /// Throws std::runtime_error when poisson is out of reach for 0 <= k_t/k_n <= 2, naming the reachable range.
 ElasticCalibration calibrate_elastic(const Packing &packing, double young, double poisson);
 
-/// Largest angular frequency [rad/s] of the free network with translations and rotations (power iteration on M^-1 K, a safe
+/// Largest angular frequency [rad/s] of the free network with translations and rotations (Lanczos iteration on M^-1 K, a safe
 /// upper estimate). @param density of the particles [kg/m^3], i.e. rock density / solid fraction.
 double largest_frequency(const Packing &packing, double k_n, double k_t, double density);
 } // namespace kerf::dem

@@ -10,8 +10,8 @@ namespace kerf::fem
 template <int dim>
 ExplicitSolver<dim>::ExplicitSolver(const Settings &given)
   : settings(given), law{given.material.lame_lambda(), given.material.lame_mu()}, space(given.comm, given.mesh), locator(space),
-    kernel(law), prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)), surface(space, settings.surface_spacing),
-    absorbing(settings.material, settings.boundary_conditions)
+    kernel(law), prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)),
+    surface(space, settings.surface_spacing), absorbing(settings.material, settings.boundary_conditions)
 {
   for (NodalVector *v : {&displacement, &velocity, &force, &mass})
     v->reinit(space.partitioner);

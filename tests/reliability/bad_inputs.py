@@ -69,8 +69,8 @@ with tempfile.TemporaryDirectory() as work:
     bad("missing_mesh", change("set Cell size", "set File = rock.msh\n  set Cell size"), "rock.msh", "does not exist")
     bad("step_too_large", change("set End time = 4e-4", "set End time = 4e-4\n  set Time step = 1e-5"), "Time/Time step",
         "stable step")
-    bad("sigma_star_zero", change("Sigma star = 2e6", "Sigma star = 0"), "Adaptivity/Sigma star", "> 0")
-    bad("sigma_star_negative", change("Sigma star = 2e6", "Sigma star = -1"), "Adaptivity/Sigma star", "> 0")
+    bad("sigma_star_zero", change("Sigma star = 3e6", "Sigma star = 0"), "Adaptivity/Sigma star", "> 0")
+    bad("sigma_star_negative", change("Sigma star = 3e6", "Sigma star = -1"), "Adaptivity/Sigma star", "> 0")
     bad("overlap_too_wide", change("Overlap width = 8", "Overlap width = 40"), "Coupling/Overlap width", "wider than the mesh")
     bad("empty_packing", change("Mean diameter = 1e-3", "Mean diameter = 0.1"), "acking")
     bad("tool_inside_rock", change("0 0.024 0.04405", "0 0.024 0.040"), "Tool/Path", "inside the rock")
