@@ -362,6 +362,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
                                                                {"mohr_coulomb", Criterion::mohr_coulomb}});
   result.sigma_star = reader.number("Adaptivity", "Sigma star");
   result.check_interval = reader.integer("Adaptivity", "Check interval");
+  result.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");
   for (const auto &row : reader.rows("Fixed", "Region", 4))
     result.fixed_region.push_back({Eigen::Vector3d(row[0], row[1], -1.), Eigen::Vector3d(row[2], row[3], 1.)});
 

@@ -72,8 +72,9 @@ struct Case
   double penalty_ratio = 0.; ///< beta (mass scaled) or k_DF/k_n (constant)
 
   Criterion criterion = Criterion::mohr_coulomb;
-  double sigma_star = 0.; ///< [Pa]
-  int check_interval = 0; ///< steps
+  double sigma_star = 0.;   ///< [Pa]
+  int check_interval = 0;   ///< steps
+  int relaxation_steps = 0; ///< of new particles before time goes on
 
   std::vector<Box> fixed_region;
 

@@ -72,6 +72,7 @@ public:
 private:
   void cycle(dem::Phase phase, dem::Particles &particles);
   void convert(const std::vector<int> &cells);
+  void relax(const std::vector<dem::NewParticle> &fresh);
 
   const Case &settings;
   Mode mode;

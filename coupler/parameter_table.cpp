@@ -125,6 +125,8 @@ const std::vector<Parameter> &parameter_table()
           "stress measure sigma of a cell; mohr_coulomb: sigma_1 - sigma_3 f_t/f_c", "seed, eq. (5)"),
     entry("Adaptivity", "Sigma star", "4e6", positive(), "Pa", "a cell becomes particles when sigma > sigma*", "seed, eq. (5)"),
     entry("Adaptivity", "Check interval", "20", whole_number(1, 1000000), "steps", "steps between two checks of sigma", ""),
+    entry("Adaptivity", "Relaxation steps", "10", whole_number(0, 1000), "-",
+          "steps that move new particles to rest among frozen neighbours before time goes on; 0: plain projection", ""),
 
     entry("Fixed", "Region", "", text(), "m",
           "mode fixed: boxes 'x0 y0 x1 y1' separated by ';'. Cells whose centre is inside are particles from the start", ""),

@@ -153,40 +153,55 @@ std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm)
 {
   const Box box = mesh_box(fem.mesh());
-  on_first_rank(comm,
-                [&]
-                {
-                  if (std::filesystem::exists(settings.packing_file))
-                    packing = dem::load_packing(settings.packing_file);
-                  else
-                  {
-                    dem::PackingSettings wanted = settings.packing;
-                    wanted.lower = box.lower;
-                    wanted.upper = box.upper;
-                    console.message("generating the packing " + settings.packing_file);
-                    packing = dem::generate_packing(wanted, [&](double done, const std::string &text)
-                                                    { console.progress(done, "packing: " + text); });
-                    console.finish_progress();
-                    cut_to_mesh(packing, fem);
-                    if (packing.size() == 0)
-                      throw InputError(case_path(settings) +
-                                       ": Packing/Mean diameter = " + std::to_string(settings.packing.mean_diameter) +
-                                       " leaves the packing empty, give less than the extent of the mesh");
-                    dem::save_packing(packing, settings.packing_file);
-                  }
-                  const std::string wrong = mismatch(packing, settings, box);
-                  if (!wrong.empty())
-                    throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
+  const auto named = [&](const char *section, const auto &action)
+  {
+    try
+    {
+      return action();
+    }
+    catch (const std::exception &error)
+    {
+      throw InputError(case_path(settings) + ": " + section + ": " + error.what());
+    }
+  };
+  on_first_rank(
+    comm,
+    [&]
+    {
+      if (std::filesystem::exists(settings.packing_file))
+        packing = dem::load_packing(settings.packing_file);
+      else
+      {
+        dem::PackingSettings wanted = settings.packing;
+        wanted.lower = box.lower;
+        wanted.upper = box.upper;
+        console.message("generating the packing " + settings.packing_file);
+        packing = named("Packing",
+                        [&] {
+                          return dem::generate_packing(wanted, [&](double done, const std::string &text)
+                                                       { console.progress(done, text); });
+                        });
+        console.finish_progress();
+        cut_to_mesh(packing, fem);
+        if (packing.size() == 0)
+          throw InputError(case_path(settings) + ": Packing/Mean diameter = " + std::to_string(settings.packing.mean_diameter) +
+                           " leaves the packing empty, give less than the extent of the mesh");
+        dem::save_packing(packing, settings.packing_file);
+      }
+      const std::string wrong = mismatch(packing, settings, box);
+      if (!wrong.empty())
+        throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
 
-                  const dem::ElasticCalibration &known = packing.calibration;
-                  if (std::abs(known.target_young - settings.rock.young) > 1e-9 * settings.rock.young ||
-                      std::abs(known.target_poisson - settings.rock.poisson) > 1e-12)
-                  {
-                    console.message("calibrating k_n, k_t: static solve of the bond network");
-                    packing.calibration = dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson);
-                    dem::save_packing(packing, settings.packing_file);
-                  }
-                });
+      const dem::ElasticCalibration &known = packing.calibration;
+      if (std::abs(known.target_young - settings.rock.young) > 1e-9 * settings.rock.young ||
+          std::abs(known.target_poisson - settings.rock.poisson) > 1e-12)
+      {
+        console.message("calibrating k_n, k_t: static solve of the bond network");
+        packing.calibration =
+          named("Rock", [&] { return dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson); });
+        dem::save_packing(packing, settings.packing_file);
+      }
+    });
   if (rank_of(comm) != 0)
     packing = dem::load_packing(settings.packing_file);
 }

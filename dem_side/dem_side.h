@@ -60,7 +60,7 @@ struct Particles
   const double *mass = nullptr;            ///< weighted [kg]
   const double *radius = nullptr;          ///< [m]
   const double *weight = nullptr;          ///< [-]
-  const double *rotation = nullptr;        ///< unit quaternion (w, x, y, z) of each particle, 4 n values
+  double *rotation = nullptr;              ///< unit quaternion (w, x, y, z) of each particle, 4 n values
   std::uint64_t order = 0;                 ///< changes whenever particles changed rank, place or number
 };
 

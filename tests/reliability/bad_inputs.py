@@ -49,12 +49,12 @@ with tempfile.TemporaryDirectory() as work:
     made = kerf_runner.run(KERF, ["pack", good], cwd=work)
     assert made.returncode == 0, made.stderr
 
-    def bad(name, edit, *words, **options):
+    def bad(name, edit, *words, more=(), **options):
         case = kerf_runner.copy_case(SMALL_CASE, os.path.join(work, name), edit)
         for store in os.listdir(good):
             if store.endswith(".h5"):
                 os.link(os.path.join(good, store), os.path.join(case, store))
-        expect(name, ["run", case], case, *words, cwd=work, **options)
+        expect(name, ["run", case, *more], case, *words, cwd=work, **options)
 
     def change(old, new):
         return lambda text: text.replace(old, new)
@@ -72,9 +72,9 @@ with tempfile.TemporaryDirectory() as work:
     bad("sigma_star_zero", change("Sigma star = 3e6", "Sigma star = 0"), "Adaptivity/Sigma star", "> 0")
     bad("sigma_star_negative", change("Sigma star = 3e6", "Sigma star = -1"), "Adaptivity/Sigma star", "> 0")
     bad("overlap_too_wide", change("Overlap width = 8", "Overlap width = 40"), "Coupling/Overlap width", "wider than the mesh")
-    bad("empty_packing", change("Mean diameter = 1e-3", "Mean diameter = 0.1"), "acking")
-    bad("tool_inside_rock", change("0 0.024 0.04405", "0 0.024 0.040"), "Tool/Path", "inside the rock")
-    bad("bad_path", change("0 0.024 0.04405", "0 0.024"), "Tool/Path", "3 numbers")
+    bad("empty_packing", change("Mean diameter = 1e-3", "Mean diameter = 0.1"), "Packing", "mean diameters", more=["--mode", "dem"])
+    bad("tool_inside_rock", change("0 0.024 0.04402", "0 0.024 0.040"), "Tool/Path", "inside the rock")
+    bad("bad_path", change("0 0.024 0.04402", "0 0.024"), "Tool/Path", "3 numbers")
     bad("bad_boundary", change("subsection Packing", "subsection Boundary\n set Conditions = left: glued\nend\nsubsection Packing"),
         "Boundary/Conditions", "glued", "roller")
     case = kerf_runner.copy_case(SMALL_CASE, os.path.join(work, "other_store"),
