@@ -9,3 +9,8 @@ add_test(NAME bad_inputs COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reli
 add_test(NAME modes COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/modes.py $<TARGET_FILE:kerf>
          ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
 set_tests_properties(bad_inputs modes PROPERTIES LABELS reliability TIMEOUT 900)
+
+# docs/parameters.md is what the program says of itself.
+add_test(NAME parameters_page
+         COMMAND bash -c "diff <($<TARGET_FILE:kerf> params) ${CMAKE_SOURCE_DIR}/docs/parameters.md")
+set_tests_properties(parameters_page PROPERTIES LABELS project TIMEOUT 60)
