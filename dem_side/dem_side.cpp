@@ -195,7 +195,7 @@ std::int64_t DemSide::Engine::n_bonds_to_fresh() const
   return n;
 }
 
-/// Mass = full mass x mean weight of the stored bonds to active particles (facts 2.4: with its own weight alone a particle at
+/// Mass = full mass x mean weight of the stored bonds to active particles (with its own weight alone a particle at
 /// the end of the overlap would be too light for its bonds).
 void DemSide::Engine::update_masses()
 {

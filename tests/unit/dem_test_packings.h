@@ -83,7 +83,7 @@ inline Packing two_particles(double first_radius, double second_radius, double d
 constexpr double unbreakable = 1e30;
 
 /// k_n = 1e9, k_t = k_n / 4, no strength limit, no damping; density 2700; step 0.2 of 2 / omega_max of a triangular lattice
-/// (facts 6.4: omega_max^2 = 6.5 k_n / m at k_t / k_n = 1/4); the domain leaves room around the packing.
+/// (dispersion relation: omega_max^2 = 6.5 k_n / m at k_t / k_n = 1/4); the domain leaves room around the packing.
 inline Settings settings(const Packing &packing)
 {
   Settings s;

@@ -16,7 +16,7 @@ namespace
 {
 constexpr double d = 1e-3; // particle spacing [m]
 
-/// Rock whose lattice constants are known (facts: triangular lattice, plane strain): k_n = E/(sqrt(3)(1+nu)(1-2nu)),
+/// Rock whose lattice constants are known (triangular lattice, plane strain): k_n = E/(sqrt(3)(1+nu)(1-2nu)),
 /// k_t/k_n = 1 - 4 nu.
 Case make_case(fem::BoundaryKind boundary)
 {
@@ -240,7 +240,7 @@ double strain_error(double penalty_ratio)
 } // namespace
 
 // Patch test: uniform strain, held at the outer boundary. A penalty is not exact: the weight gradient loads each particle with
-// a ghost force k_n d^2 eps/L_o, which shifts it by chi = eps d (d/L_o)(k_n/k_p) (facts 2.3). The mass-scaled penalty with beta
+// a ghost force k_n d^2 eps/L_o, which shifts it by chi = eps d (d/L_o)(k_n/k_p). The mass-scaled penalty with beta
 // = 0.25 at 0.7 of the stable step has k_p of about 0.4 k_n; two overlaps, 36 d apart, then change the strain of the core by at
 // most 2 chi/(36 d eps) = 0.9 %. Twice beta must halve it.
 TEST(CoupledBody, UniformStrainThroughTheOverlap)
@@ -279,8 +279,8 @@ double released_share(int relaxation_steps)
 }
 } // namespace
 
-// A random packing that is put where a smooth field says holds 10 to 15 % too much elastic energy (facts 1.5), which appears as
-// kinetic energy when it is let go. Ten relaxation steps leave about a per cent of it (coupling study, a).
+// A random packing that is put where a smooth field says holds 10 to 15 % too much elastic energy, which appears as
+// kinetic energy when it is let go. Ten relaxation steps leave about a per cent of it.
 TEST(CoupledBody, NewParticlesAreAtRest)
 {
   const double plain = released_share(0), relaxed = released_share(10);

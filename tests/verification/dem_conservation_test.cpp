@@ -86,7 +86,7 @@ TEST(DemConservation, EnergyOfAVibratingBlock)
   {
     Settings s = settings(packing);
     if (packing.dim == 3)
-      s.time_step *= std::sqrt(6.5 / 10.); // facts 6.4, FCC: omega_max^2 = 40 k_t / m
+      s.time_step *= std::sqrt(6.5 / 10.); // FCC with free rotations: omega_max^2 = 40 k_t / m
     DemSide dem(s);
     start(dem, packing, shaken(packing, 0.5)); // bonds are strained by 1e-3: the law is well in its nonlinear terms
     const Energies begin = dem.energies();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The stability limit of a triangular lattice (facts 6.4): omega_max^2 = max(6 + 2k, 4.5 (1 + k), 24 k) k_n / m, k = k_t / k_n.
+// The stability limit of a triangular lattice, from its dispersion relation: omega_max^2 = max(6 + 2k, 4.5 (1 + k), 24 k) k_n /
+// m, k = k_t / k_n.
 #include "tests/unit/dem_test_packings.h"
 
 #include <gtest/gtest.h>
