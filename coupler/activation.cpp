@@ -119,9 +119,7 @@ std::vector<int> cells_inside(const fem::Mesh &mesh, const std::vector<Box> &box
   std::vector<int> cells;
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
   {
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (int a = 0; a < mesh.cells.rows(); ++a)
-      centre += mesh.nodes.col(mesh.cells(a, cell)) / mesh.cells.rows();
+    const Eigen::Vector3d centre = cell_centre(mesh, cell);
     for (const Box &box : boxes)
       if ((centre.array() >= box.lower.array()).all() && (centre.array() <= box.upper.array()).all())
       {

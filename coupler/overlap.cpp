@@ -9,10 +9,9 @@ namespace
 {
 Eigen::Matrix3Xd cell_centres(const fem::Mesh &mesh)
 {
-  Eigen::Matrix3Xd centres = Eigen::Matrix3Xd::Zero(3, mesh.n_cells());
+  Eigen::Matrix3Xd centres(3, mesh.n_cells());
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
-    for (int a = 0; a < mesh.cells.rows(); ++a)
-      centres.col(cell) += mesh.nodes.col(mesh.cells(a, cell)) / mesh.cells.rows();
+    centres.col(cell) = cell_centre(mesh, cell);
   return centres;
 }
 } // namespace

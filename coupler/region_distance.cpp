@@ -23,6 +23,14 @@ double cross_z(const Vector3d &a, const Vector3d &b)
 }
 } // namespace
 
+Vector3d cell_centre(const fem::Mesh &mesh, int cell)
+{
+  Vector3d centre = Vector3d::Zero();
+  for (int a = 0; a < mesh.cells.rows(); ++a)
+    centre += mesh.nodes.col(mesh.cells(a, cell)) / mesh.cells.rows();
+  return centre;
+}
+
 double distance_to_cell(const fem::Mesh &mesh, int cell, const Vector3d &point)
 {
   static constexpr std::array<int, 4> around = {{0, 1, 3, 2}}; // lexicographic corners in polygon order

@@ -8,6 +8,9 @@
 
 namespace kerf
 {
+/// Mean of the corners of a cell [m].
+Eigen::Vector3d cell_centre(const fem::Mesh &mesh, int cell);
+
 /// Distance [m] of @p point from a mesh cell, zero inside (2D: convex quadrilateral).
 double distance_to_cell(const fem::Mesh &mesh, int cell, const Eigen::Vector3d &point);
 
