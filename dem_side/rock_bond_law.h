@@ -116,13 +116,21 @@ enum class Failure
   shear
 };
 
-/// Tension and shear are checked independently, compression alone never breaks the bond (Onate & Rojek 2004).
+/// Shear force that the bond carries [N]: Mohr-Coulomb with the cohesion R_t; tension takes nothing away from it.
+inline double shear_strength(double elongation, const BondParameters &bond)
+{
+  return bond.R_t - bond.shear_friction * bond.k_n * std::min(0., elongation);
+}
+
+/// Tension and shear are checked independently, compression alone never breaks the bond (Onate & Rojek 2004). Compression
+/// raises the shear strength when the bond has internal friction (the law of CIMNE's KDEM).
 template <int dim>
 Failure bond_failure(const BondStrain<dim> &strain, const BondParameters &bond)
 {
   if (bond.k_n * strain.elongation >= bond.R_n)
     return Failure::tension;
-  if (bond.k_t * bond.k_t * strain.shear.squaredNorm() >= bond.R_t * bond.R_t)
+  const double strength = shear_strength(strain.elongation, bond);
+  if (bond.k_t * bond.k_t * strain.shear.squaredNorm() >= strength * strength)
     return Failure::shear;
   return Failure::none;
 }
