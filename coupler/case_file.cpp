@@ -199,7 +199,7 @@ private:
   std::string file;
 };
 
-fem::BoundaryCondition boundary_condition(const Reader &reader, const std::string &item)
+fem::BoundaryCondition boundary_condition(const Reader &reader, const std::string &item, int dim)
 {
   const auto fail = [&](const std::string &what) { reader.fail("Boundary", "Conditions", "'" + item + "': " + what); };
   fem::BoundaryCondition condition;
@@ -214,7 +214,7 @@ fem::BoundaryCondition boundary_condition(const Reader &reader, const std::strin
   else if (!id.empty() && std::all_of(id.begin(), id.end(), ::isdigit))
     condition.id = std::stoi(id);
   else
-    fail("'" + id + "' is no boundary, give a number or left, right, bottom, top");
+    fail("'" + id + "' is no boundary, give a number or left, right, bottom, top, back, front");
 
   std::istringstream stream(item.substr(colon + 1));
   std::string kind;
@@ -231,10 +231,12 @@ fem::BoundaryCondition boundary_condition(const Reader &reader, const std::strin
   {
     condition.kind = fem::BoundaryKind::velocity;
     std::string word;
-    if (!(stream >> condition.velocity[0] >> condition.velocity[1]))
-      fail("give 'velocity VX VY ramp T'");
+    const std::string form = dim == 2 ? "give 'velocity VX VY ramp T'" : "give 'velocity VX VY VZ ramp T'";
+    for (int c = 0; c < dim; ++c)
+      if (!(stream >> condition.velocity[c]))
+        fail(form);
     if (stream >> word && (word != "ramp" || !(stream >> condition.ramp) || condition.ramp < 0.))
-      fail("give 'velocity VX VY ramp T'");
+      fail(form);
   }
   else
     fail("'" + kind + "' is no kind, give free, fixed, roller, absorbing or velocity");
@@ -242,27 +244,6 @@ fem::BoundaryCondition boundary_condition(const Reader &reader, const std::strin
   if (stream >> rest)
     fail("'" + rest + "' is not understood");
   return condition;
-}
-
-Case::Tool read_tool(const Reader &reader)
-{
-  Case::Tool tool;
-  tool.present = reader.text("Tool", "Kind") == "disc";
-  tool.radius = reader.number("Tool", "Radius");
-  for (const auto &row : reader.rows("Tool", "Path", 3))
-  {
-    if (!tool.path.empty() && row[0] <= tool.path.back().first)
-      reader.fail("Tool", "Path", "times must increase");
-    tool.path.push_back({row[0], Eigen::Vector3d(row[1], row[2], 0.)});
-  }
-  if (tool.present && tool.path.empty())
-    reader.fail("Tool", "Path", "a tool needs at least one way point 't x y'");
-  tool.smoothing_time = reader.number("Tool", "Smoothing time");
-  tool.rolling = reader.flag("Tool", "Rolling");
-  tool.stiffness_ratio = reader.number("Tool", "Stiffness ratio");
-  tool.friction = reader.number("Tool", "Friction");
-  tool.damping = reader.number("Tool", "Damping ratio");
-  return tool;
 }
 
 template <typename Choice>
@@ -273,6 +254,31 @@ Choice choose(const std::string &text, const std::vector<std::pair<std::string, 
       return choice.second;
   throw InputError("'" + text + "' is not a known choice");
 }
+
+Case::Tool read_tool(const Reader &reader)
+{
+  Case::Tool tool;
+  tool.kind = choose<Case::ToolKind>(
+    reader.text("Tool", "Kind"),
+    {{"none", Case::ToolKind::none}, {"disc", Case::ToolKind::disc}, {"platens", Case::ToolKind::platens}});
+  tool.radius = reader.number("Tool", "Radius");
+  for (const auto &row : reader.rows("Tool", "Path", 3))
+  {
+    if (!tool.path.empty() && row[0] <= tool.path.back().first)
+      reader.fail("Tool", "Path", "times must increase");
+    tool.path.push_back({row[0], Eigen::Vector3d(row[1], row[2], 0.)});
+  }
+  if (tool.kind == Case::ToolKind::disc && tool.path.empty())
+    reader.fail("Tool", "Path", "a disc needs at least one way point 't x y'");
+  tool.smoothing_time = reader.number("Tool", "Smoothing time");
+  tool.rolling = reader.flag("Tool", "Rolling");
+  tool.closing_speed = reader.number("Tool", "Closing speed");
+  tool.stiffness_ratio = reader.number("Tool", "Stiffness ratio");
+  tool.friction = reader.number("Tool", "Friction");
+  tool.damping = reader.number("Tool", "Damping ratio");
+  return tool;
+}
+
 } // namespace
 
 Mode mode_from_name(const std::string &name)
@@ -307,16 +313,22 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   const auto in_case = [&](const std::string &path)
   { return std::filesystem::path(path).is_absolute() ? path : directory + "/" + path; };
 
+  result.mode = mode_from_name(reader.text("Run", "Mode"));
+
   result.rock.density = reader.number("Rock", "Density");
   result.rock.young = reader.number("Rock", "Young modulus");
   result.rock.poisson = reader.number("Rock", "Poisson ratio");
   result.tensile_strength = reader.number("Rock", "Tensile strength");
   result.compressive_strength = reader.number("Rock", "Compressive strength");
 
+  const int dim = reader.integer("Mesh", "Dimension");
+  result.packing.dim = dim;
   const std::string mesh_file = reader.text("Mesh", "File");
   result.mesh.gmsh_file = mesh_file.empty() ? "" : in_case(mesh_file);
   if (!mesh_file.empty() && !std::filesystem::exists(result.mesh.gmsh_file))
     reader.fail("Mesh", "File", result.mesh.gmsh_file + " does not exist");
+  result.mesh.shape =
+    choose<fem::MeshShape>(reader.text("Mesh", "Shape"), {{"box", fem::MeshShape::box}, {"disc", fem::MeshShape::disc}});
   result.mesh.lower = reader.point("Mesh", "Lower corner");
   result.mesh.upper = reader.point("Mesh", "Upper corner");
   result.mesh.cell_size = reader.number("Mesh", "Cell size");
@@ -324,11 +336,12 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.mesh.fine_upper = reader.point("Mesh", "Fine zone upper corner");
   result.mesh.growth = reader.number("Mesh", "Growth ratio");
   result.mesh.largest_cell_size = reader.number("Mesh", "Largest cell size");
-  if (mesh_file.empty() && !((result.mesh.upper - result.mesh.lower).head<2>().minCoeff() > 0.))
-    reader.fail("Mesh", "Upper corner", "must be larger than the lower corner in x and y");
+  if (mesh_file.empty() && !((result.mesh.upper - result.mesh.lower).head(dim).minCoeff() > 0.))
+    reader.fail("Mesh", "Upper corner",
+                std::string("must be larger than the lower corner in ") + (dim == 2 ? "x and y" : "x, y and z"));
 
   for (const std::string &item : split(reader.text("Boundary", "Conditions"), ';'))
-    result.boundary_conditions.push_back(boundary_condition(reader, item));
+    result.boundary_conditions.push_back(boundary_condition(reader, item, dim));
 
   result.packing.kind = reader.text("Packing", "Kind");
   result.packing.mean_diameter = reader.number("Packing", "Mean diameter");
@@ -346,6 +359,11 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.bond.shear_friction = reader.number("Bond", "Shear strength friction");
   result.bond.friction = reader.number("Bond", "Friction");
   result.bond.damping = reader.number("Bond", "Damping ratio");
+  result.calibrated_strength = reader.text("Bond", "Strength") == "calibrated";
+  result.calibration.n_packings = reader.integer("Calibration", "Packings");
+  const double width = reader.number("Calibration", "Specimen width");
+  result.calibration.specimen_width = (width > 0. ? width : dim == 2 ? 40. : 16.) * result.packing.mean_diameter;
+  result.calibration.transits = reader.number("Calibration", "Transits");
   result.local_damping = reader.number("Bond", "Local damping");
 
   result.constraint = choose<ConstraintMethod>(
@@ -364,11 +382,17 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.sigma_star = reader.number("Adaptivity", "Sigma star");
   result.check_interval = reader.integer("Adaptivity", "Check interval");
   result.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");
-  for (const auto &row : reader.rows("Fixed", "Region", 4))
-    result.fixed_region.push_back({Eigen::Vector3d(row[0], row[1], -1.), Eigen::Vector3d(row[2], row[3], 1.)});
+  for (const auto &row : reader.rows("Fixed", "Region", 2 * dim))
+  {
+    Box box{Eigen::Vector3d(0., 0., -1.), Eigen::Vector3d(0., 0., 1.)};
+    for (int c = 0; c < dim; ++c)
+      box.lower[c] = row[c], box.upper[c] = row[dim + c];
+    result.fixed_region.push_back(box);
+  }
 
   result.tool = read_tool(reader);
   result.end_time = reader.number("Time", "End time");
+  result.stop_below = reader.number("Time", "Stop below");
   result.time_step = reader.number("Time", "Time step");
   result.safety = reader.number("Time", "Safety");
   result.history_interval = reader.integer("Output", "History interval");

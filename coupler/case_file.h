@@ -52,10 +52,11 @@ struct Case
 {
   std::string directory; ///< of case.prm; relative paths in it start here
   std::string name;
+  Mode mode = Mode::adaptive; ///< unless the command line names another
 
   fem::Material rock;
-  double tensile_strength = 0.;     ///< f_t [Pa], Mohr-Coulomb measure only
-  double compressive_strength = 0.; ///< f_c [Pa], Mohr-Coulomb measure only
+  double tensile_strength = 0.;     ///< f_t [Pa], Mohr-Coulomb measure and target of the strength calibration
+  double compressive_strength = 0.; ///< f_c [Pa], likewise
 
   fem::MeshSettings mesh;
   std::vector<fem::BoundaryCondition> boundary_conditions;
@@ -65,6 +66,14 @@ struct Case
 
   dem::BondParameters bond; ///< k_n, k_t are filled in from the calibrated store
   double local_damping = 0.;
+  bool calibrated_strength = false; ///< R_n, R_t are those of the store
+
+  struct Calibration
+  {
+    int n_packings = 3;
+    double specimen_width = 0.; ///< [m]
+    double transits = 0.;       ///< of a P wave through the specimen during the loading
+  } calibration;
 
   ConstraintMethod constraint = ConstraintMethod::penalty_mass_scaled;
   WeightFunction weight_function = WeightFunction::linear;
@@ -78,20 +87,31 @@ struct Case
 
   std::vector<Box> fixed_region;
 
+  enum class ToolKind
+  {
+    none,
+    disc,   ///< rigid disc cutter
+    platens ///< two rigid plates that close along y on the body
+  };
   struct Tool
   {
-    bool present = true;
-    double radius = 0.;                                   ///< [m]
-    std::vector<std::pair<double, Eigen::Vector3d>> path; ///< time [s], centre [m]
-    double smoothing_time = 0.;                           ///< [s]
+    ToolKind kind = ToolKind::disc;
+    double radius = 0.;                                   ///< of the disc [m]
+    std::vector<std::pair<double, Eigen::Vector3d>> path; ///< of the disc: time [s], centre [m]
+    double smoothing_time = 0.;                           ///< of the disc's path, start-up time of the platens [s]
     bool rolling = true;
-    double stiffness_ratio = 0.; ///< contact stiffness / k_n
+    double closing_speed = 0.;     ///< of the platens against each other [m/s]
+    double lower = 0., upper = 0.; ///< faces of the platens at the start, y [m]; filled in from the mesh
+    double stiffness_ratio = 0.;   ///< contact stiffness / k_n
     double friction = 0.;
     double damping = 0.; ///< fraction of critical
+
+    bool present() const { return kind != ToolKind::none; }
   } tool;
 
-  double end_time = 0.;  ///< [s]
-  double time_step = 0.; ///< [s]; 0: safety x stable step
+  double end_time = 0.;   ///< [s]
+  double stop_below = 0.; ///< the run ends when the tool's force has fallen below this fraction of its peak; 0: never
+  double time_step = 0.;  ///< [s]; 0: safety x stable step
   double safety = 0.;
 
   int history_interval = 0; ///< steps

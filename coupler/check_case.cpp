@@ -45,7 +45,7 @@ int count_particles(const Scene &scene, Mode mode)
   Overlap overlap(mesh, no_points, scene.packing.positions, scene.settings.weight_function, scene.settings.overlap_width);
   if (mode == Mode::fixed)
     overlap.convert(cells_inside(mesh, scene.settings.fixed_region));
-  else if (scene.settings.tool.present)
+  else if (scene.settings.tool.kind == Case::ToolKind::disc)
     overlap.convert(cells_on_the_way(scene.settings, mesh));
   int n = 0;
   for (int i = 0; i < scene.packing.size(); ++i)
@@ -74,19 +74,20 @@ int check_case(const RunOptions &options, MPI_Comm comm)
   MPI_Comm_size(comm, &n_ranks);
   Console console(rank == 0);
   const Case settings = read_case(options.case_directory, options.overrides);
-  Scene scene = build_scene(settings, options.mode, console, comm);
+  const Mode mode = options.mode.value_or(settings.mode);
+  Scene scene = build_scene(settings, mode, console, comm);
 
   const double steps = std::ceil(scene.settings.end_time / scene.dt);
-  const int n_particles = count_particles(scene, options.mode);
-  const double fem_step = options.mode == Mode::dem ? 0. : seconds_of_fem_step(*scene.fem, scene.dt);
+  const int n_particles = count_particles(scene, mode);
+  const double fem_step = mode == Mode::dem ? 0. : seconds_of_fem_step(*scene.fem, scene.dt);
   // An adaptive run grows to its final size about linearly.
-  const double mean_particles = options.mode == Mode::adaptive ? 0.5 * n_particles : n_particles;
+  const double mean_particles = mode == Mode::adaptive ? 0.5 * n_particles : n_particles;
   const double run_time = steps * (fem_step + mean_particles / (reckoned_particle_steps * n_ranks));
   // Bytes: a stored particle with its bonds, an active one with lists and history, a cell with its batch and nodes.
   const double memory = 100e6 + 120. * scene.packing.size() + 2500. * n_particles + 1500. * scene.fem->mesh().n_cells();
 
   std::ostringstream text;
-  text << std::setprecision(4) << "case " << scene.settings.name << ", mode " << name_of(options.mode) << ": valid\n"
+  text << std::setprecision(4) << "case " << scene.settings.name << ", mode " << name_of(mode) << ": valid\n"
        << packing_summary(scene.packing) << "\n"
        << "cells            " << scene.fem->mesh().n_cells() << ", nodes " << scene.fem->mesh().n_nodes() << "\n"
        << "particles        " << scene.packing.size() << " stored, about " << n_particles << " active at the end\n"

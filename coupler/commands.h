@@ -4,6 +4,7 @@
 #include "coupler/case_file.h"
 
 #include <mpi.h>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,9 @@ namespace kerf
 struct RunOptions
 {
   std::string case_directory;
-  Mode mode = Mode::adaptive;
+  std::optional<Mode> mode; ///< empty: the case's own
   std::vector<Override> overrides;
-  std::string output; ///< empty: results/<case>, or results/<case>_<mode> for the other modes
+  std::string output; ///< empty: results/<case>, or results/<case>_<mode> for a mode that is not the case's own
   bool overwrite = false;
 
   std::string results_directory() const;
@@ -28,6 +29,9 @@ int check_case(const RunOptions &options, MPI_Comm comm);
 
 /// kerf pack: generates and calibrates the store. Collective.
 int pack_case(const RunOptions &options, MPI_Comm comm);
+
+/// kerf calibrate: elastic part, then bond strengths from simulated tests, into the store. Collective; ranks share the tests.
+int calibrate_case(const RunOptions &options, MPI_Comm comm);
 
 /// Name and versions of kerf and its libraries, one a line.
 std::string version_text();

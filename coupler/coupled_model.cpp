@@ -277,7 +277,7 @@ StableSteps stable_steps(const Case &settings, Mode mode, const fem::FemSide &fe
   const double xi = settings.bond.damping * omega * std::sqrt(mass / (2. * settings.bond.k_n));
   steps.dem = 2. / omega * (std::sqrt(1. + xi * xi) - xi);
 
-  if (settings.tool.present)
+  if (settings.tool.present())
   {
     // The tool's spring adds to the stiffness of what it touches: k/m of the lightest particle, and 2 k_s/(rho h) of a surface
     // node (area a, lumped mass rho a h/2), whatever the cell's shape.

@@ -158,12 +158,12 @@ void FieldOutput::write(CoupledModel &model)
     return;
   write_particles(fields, stamp);
   write_bonds(fields, stamp);
-  if (model.tool().present())
-    write_tool(model.tool(), stamp);
+  if (model.tool().disc())
+    write_disc(*model.tool().disc(), stamp);
   write_snapshot(model, stamp, fields, displacement, alpha, measure);
   for (const char *name : {"fem", "particles", "bonds"})
     write_pvd(name);
-  if (model.tool().present())
+  if (model.tool().disc())
     write_pvd("tool");
 }
 
@@ -210,20 +210,20 @@ void FieldOutput::write_bonds(const ParticleFields &fields, const std::string &s
   cloud.write(directory + "/fields/bonds_" + stamp + ".vtu");
 }
 
-void FieldOutput::write_tool(const Tool &tool, const std::string &stamp) const
+void FieldOutput::write_disc(const Disc &disc, const std::string &stamp) const
 {
   Cloud<1> cloud({"radius"});
   constexpr int n_sides = 180;
-  const Eigen::MatrixXd radius = Eigen::MatrixXd::Constant(1, 2, tool.radius());
+  const Eigen::MatrixXd radius = Eigen::MatrixXd::Constant(1, 2, disc.radius);
   const auto rim = [&](double angle)
-  { return Eigen::Vector3d(tool.centre() + tool.radius() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.)); };
+  { return Eigen::Vector3d(disc.centre + disc.radius * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.)); };
   Eigen::Matrix<double, 3, 2> ends;
   for (int k = 0; k < n_sides; ++k)
   {
     ends << rim(2. * M_PI * k / n_sides), rim(2. * M_PI * (k + 1) / n_sides);
     cloud.add(ends, radius);
   }
-  ends << tool.centre(), rim(tool.angle()); // a spoke shows the rotation
+  ends << disc.centre, rim(disc.angle); // a spoke shows the rotation
   cloud.add(ends, radius);
   cloud.write(directory + "/fields/tool_" + stamp + ".vtu");
 }

@@ -36,7 +36,7 @@ public:
 private:
   void write_particles(const ParticleFields &fields, const std::string &stamp) const;
   void write_bonds(const ParticleFields &fields, const std::string &stamp) const;
-  void write_tool(const Tool &tool, const std::string &stamp) const;
+  void write_disc(const Disc &disc, const std::string &stamp) const;
   void write_pvd(const std::string &name) const;
   void write_mesh(const fem::Mesh &mesh) const;
   void write_snapshot(CoupledModel &model, const std::string &stamp, const ParticleFields &fields,

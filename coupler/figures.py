@@ -77,6 +77,33 @@ def force_figure(history, output):
         finish(figure, axes.flat, output / "normal_force.png")
 
 
+def specimen_figure(history, output):
+    """Nominal stress over the platens' closing and over the strains of the middle, up to a little after the peak."""
+    if "nominal_stress" not in history or not np.any(history["nominal_stress"]):
+        return
+    stress, closing = history["nominal_stress"] / 1e6, history["platen_closing"] * MILLI
+    peak = int(np.argmax(stress))
+    figure, axes = plt.subplots(1, 2, layout="constrained", figsize=(11., 4.6), sharey=True)
+    axes[0].plot(closing, stress, linewidth=1.8)
+    axes[0].set(xlabel="closing of the platens [mm]", ylabel="nominal stress [MPa]",
+                title=f"largest nominal stress {stress[peak]:.4g} MPa")
+    twin = axes[0].twinx()
+    twin.plot(closing, history["broken_bonds"], color=LINE_COLOURS[1], linewidth=1.4)
+    twin.set_ylabel("broken bonds", color=LINE_COLOURS[1])
+    for name, label, sign, colour in (("axial_strain", "shortening", 1., LINE_COLOURS[0]),
+                                      ("lateral_strain", "widening", -1., LINE_COLOURS[2])):
+        axes[1].plot(sign * history[name][:peak + 1] * 1e3, stress[:peak + 1], color=colour, linewidth=1.8, label=label)
+    axes[1].set(xlabel="strain of the middle of the specimen up to the peak [1e-3]")
+    axes[1].axvline(0., color="#888888", linewidth=0.8)
+    axes[1].legend(frameon=False)
+    for axis in axes:
+        axis.grid(True, color="#e3e6ea", linewidth=0.7)
+        axis.set_ylim(bottom=0.)
+    twin.set_ylim(bottom=0.)
+    figure.savefig(output / "stress_strain.png")
+    plt.close(figure)
+
+
 def cost_figure(history, output):
     """What the adaptivity costs: particles, converted cells, broken bonds, wall time."""
     shown = [(name, label, colour) for name, label, colour in
@@ -149,6 +176,7 @@ def make_figures(directory):
         force_figure(history, output)
         cost_figure(history, output)
         energy_figure(history, output)
+        specimen_figure(history, output)
     else:
         notes.append(f"history.h5 has {history.rows} rows, too few for curves")
     for note in filter(None, notes):

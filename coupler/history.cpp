@@ -30,6 +30,10 @@ const std::vector<HistoryColumn> &history_columns()
     {"energy_released", "J", "lost at bond failure", [](Row r) { return r.energy.released; }},
     {"energy_absorbed", "J", "taken by absorbing boundaries", [](Row r) { return r.energy.absorbed; }},
     {"work_boundary", "J", "done by velocity boundaries", [](Row r) { return r.energy.boundary_work; }},
+    {"platen_closing", "m", "of the platens since the start", [](Row r) { return r.specimen.closing; }},
+    {"nominal_stress", "Pa", "force of the platens / area", [](Row r) { return r.specimen.stress; }},
+    {"axial_strain", "1", "shortening of the middle of a specimen", [](Row r) { return r.specimen.axial_strain; }},
+    {"lateral_strain", "1", "widening of the middle of a specimen", [](Row r) { return r.specimen.lateral_strain; }},
     {"wall_time", "s", "since the first step", [](Row r) { return r.wall_time; }},
   };
   return columns;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/coupled_model.h"
+#include "coupler/specimen.h"
 
 #include <fstream>
 #include <string>
@@ -18,6 +18,7 @@ struct HistoryRow
   int active_particles = 0, overlap_particles = 0, converted_cells = 0;
   std::int64_t intact_bonds = 0, broken_bonds = 0;
   EnergyLedger energy;
+  SpecimenState specimen; ///< between platens only
 };
 
 /// A column: its name, unit and value are written down in one place, so header and numbers cannot drift apart.

@@ -18,9 +18,8 @@ void add_case_options(CLI::App &command, kerf::RunOptions &options, std::string 
   command.add_option("case", options.case_directory, "case directory (holds case.prm)")->required();
   command.add_option("--set", options.overrides, "Section/Key=value, overrides the case file")->allow_extra_args(false);
   if (with_mode)
-    command.add_option("--mode", mode, "adaptive, fixed, dem or fem")
-      ->check(CLI::IsMember({"adaptive", "fixed", "dem", "fem"}))
-      ->capture_default_str();
+    command.add_option("--mode", mode, "adaptive, fixed, dem or fem (default: Run/Mode of the case)")
+      ->check(CLI::IsMember({"adaptive", "fixed", "dem", "fem"}));
 }
 
 /// Pictures are drawn by a script from the files of the run, after MPI has ended (no fork beside its threads).
@@ -39,7 +38,7 @@ int main(int argc, char **argv)
 {
   CLI::App app("kerf: adaptive coupling of discrete and finite elements for rock cutting");
   kerf::RunOptions options;
-  std::string mode = "adaptive";
+  std::string mode;
   bool version = false;
   app.add_flag("--version", version, "versions of kerf and its libraries");
   CLI::App *run = app.add_subcommand("run", "runs a case");
@@ -50,6 +49,10 @@ int main(int argc, char **argv)
   add_case_options(*check, options, mode, true);
   CLI::App *pack = app.add_subcommand("pack", "generates and calibrates the stored packing of a case");
   add_case_options(*pack, options, mode, false);
+  CLI::App *calibrate =
+    app.add_subcommand("calibrate", "finds bond stiffnesses and strengths that give the rock's E, nu, UCS and "
+                                    "Brazilian strength; writes them into the store");
+  add_case_options(*calibrate, options, mode, false);
   CLI::App *params = app.add_subcommand("params", "prints the reference of all parameters");
   app.require_subcommand(0, 1);
   try
@@ -69,7 +72,8 @@ int main(int argc, char **argv)
   std::string results;
   try
   {
-    options.mode = kerf::mode_from_name(mode);
+    if (!mode.empty())
+      options.mode = kerf::mode_from_name(mode);
     if (version)
       std::cout << (rank == 0 ? kerf::version_text() + "\n" : "");
     else if (*params)
@@ -81,6 +85,8 @@ int main(int argc, char **argv)
       code = kerf::check_case(options, MPI_COMM_WORLD);
     else if (*pack)
       code = kerf::pack_case(options, MPI_COMM_WORLD);
+    else if (*calibrate)
+      code = kerf::calibrate_case(options, MPI_COMM_WORLD);
     else if (*run)
     {
       code = kerf::run_case(options, MPI_COMM_WORLD);

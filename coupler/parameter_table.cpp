@@ -72,15 +72,21 @@ Parameter entry(const std::string &section, const std::string &key, const std::s
 const std::vector<Parameter> &parameter_table()
 {
   static const std::vector<Parameter> table = {
+    entry("Run", "Mode", "adaptive", one_of("adaptive|fixed|dem|fem"), "-", "mode of `kerf run` without --mode", ""),
+
     entry("Rock", "Density", "2650", positive(), "kg/m^3", "density of the rock", ""),
     entry("Rock", "Young modulus", "40e9", positive(), "Pa",
           "Young's modulus of finite elements and, by calibration, of the relaxed packing", ""),
     entry("Rock", "Poisson ratio", "0.2", between(0., 0.499), "-", "Poisson's ratio, plane strain in 2D", ""),
-    entry("Rock", "Tensile strength", "10e6", positive(), "Pa", "f_t, used by the Mohr-Coulomb activation measure only", ""),
-    entry("Rock", "Compressive strength", "100e6", positive(), "Pa", "f_c, used by the Mohr-Coulomb activation measure only",
-          ""),
+    entry("Rock", "Tensile strength", "10e6", positive(), "Pa",
+          "f_t, used by the Mohr-Coulomb activation measure; target of `kerf calibrate` (Brazilian test)", ""),
+    entry("Rock", "Compressive strength", "100e6", positive(), "Pa",
+          "f_c, used by the Mohr-Coulomb activation measure; target of `kerf calibrate` (uniaxial compression)", ""),
 
-    entry("Mesh", "File", "", text(), "-", "gmsh .msh file of quadrilaterals; empty: structured box", ""),
+    entry("Mesh", "Dimension", "2", whole_number(2, 3), "-", "2: plane strain, per metre of thickness; 3: y is up", ""),
+    entry("Mesh", "File", "", text(), "-", "gmsh .msh file of quadrilaterals or hexahedra; empty: Shape", ""),
+    entry("Mesh", "Shape", "box", one_of("box|disc"), "-",
+          "structured box between the corners, or the disc inscribed in it (3D: a cylinder along z)", ""),
     entry("Mesh", "Lower corner", "0, 0", point(), "m", "corner of the structured box", ""),
     entry("Mesh", "Upper corner", "0.1, 0.05", point(), "m", "opposite corner of the structured box", ""),
     entry("Mesh", "Cell size", "4e-3", positive(), "m", "cell size of the structured box, in the fine zone if there is one",
@@ -91,8 +97,8 @@ const std::vector<Parameter> &parameter_table()
     entry("Mesh", "Largest cell size", "0", not_negative(), "m", "upper bound of the graded size; 0: none", ""),
 
     entry("Boundary", "Conditions", "left: roller; right: roller; bottom: fixed", text(), "-",
-          "list 'id: kind' separated by ';'. id: number, or left, right, bottom, top of the box. kind: free, fixed, roller, "
-          "absorbing, velocity VX VY ramp T [m/s, s]. Particles next to a boundary follow it too",
+          "list 'id: kind' separated by ';'. id: number, or left, right, bottom, top (3D: back, front) of the box. kind: free, "
+          "fixed, roller, absorbing, velocity VX VY [VZ] ramp T [m/s, s]. Particles next to a boundary follow it too",
           "absorbing: Lysmer & Kuhlemeyer 1969"),
 
     entry("Packing", "File", "", text(), "-",
@@ -104,6 +110,8 @@ const std::vector<Parameter> &parameter_table()
           "Labra 2012"),
     entry("Packing", "Seed", "1", whole_number(0, 2147483647), "-", "seed of the random packing", ""),
 
+    entry("Bond", "Strength", "given", one_of("given|calibrated"), "-",
+          "given: the two strengths below; calibrated: those that `kerf calibrate` has put into the store", ""),
     entry("Bond", "Tensile strength", "10e3", positive(), "N (2D: N/m)", "R_n, normal force at which a bond fails",
           "Onate & Rojek 2004"),
     entry("Bond", "Shear strength", "30e3", positive(), "N (2D: N/m)", "R_t, tangential force at which a bond fails",
@@ -114,6 +122,14 @@ const std::vector<Parameter> &parameter_table()
     entry("Bond", "Friction", "0.5", not_negative(), "-", "Coulomb coefficient of contacts without bond", ""),
     entry("Bond", "Damping ratio", "0.1", between(0., 1.), "-", "contact damping as a fraction of critical damping", ""),
     entry("Bond", "Local damping", "0", between(0., 0.95), "-", "Cundall's non-viscous damping of particles", ""),
+
+    entry("Calibration", "Packings", "3", whole_number(1, 100), "-", "specimens of each test, each with its own packing", ""),
+    entry(
+      "Calibration", "Specimen width", "0", not_negative(), "particle diameters d",
+      "width of the compressed specimen (height twice that) and 0.8 of the diameter of the split disc; 0: 40 in 2D, 16 in 3D",
+      ""),
+    entry("Calibration", "Transits", "40", positive(), "-",
+          "duration of the loading up to the targets, in times a P wave takes through the specimen: slower is more static", ""),
 
     entry("Coupling", "Method", "penalty_mass_scaled", one_of("penalty|penalty_mass_scaled"), "-",
           "how overlap particles are tied to the finite-element field: the seed's constant k_DF, or k_i = beta mu_i/dt^2",
@@ -132,18 +148,25 @@ const std::vector<Parameter> &parameter_table()
           "steps that move new particles to rest among frozen neighbours before time goes on; 0: plain projection", ""),
 
     entry("Fixed", "Region", "", text(), "m",
-          "mode fixed: boxes 'x0 y0 x1 y1' separated by ';'. Cells whose centre is inside are particles from the start", ""),
+          "mode fixed: boxes 'x0 y0 x1 y1' (3D: 'x0 y0 z0 x1 y1 z1') separated by ';'. Cells whose centre is inside are "
+          "particles from the start",
+          ""),
 
-    entry("Tool", "Kind", "disc", one_of("disc|none"), "-", "rigid disc cutter (profile in the plane), or no tool", ""),
+    entry("Tool", "Kind", "disc", one_of("disc|platens|none"), "-",
+          "rigid disc cutter (axis along z), the two rigid platens of a press that close along y on the body, or no tool", ""),
     entry("Tool", "Radius", "0.025", positive(), "m", "radius of the disc", ""),
     entry("Tool", "Path", "", text(), "s, m", "way points 't x y' of the disc centre separated by ';', linear in between", ""),
-    entry("Tool", "Smoothing time", "1e-4", not_negative(), "s", "the path is averaged over this time: no velocity jumps", ""),
+    entry("Tool", "Smoothing time", "1e-4", not_negative(), "s",
+          "the path is averaged over this time, platens start within it: no velocity jumps", ""),
     entry("Tool", "Rolling", "true", flag(), "-", "the disc rolls without slip on its path; false: it does not rotate", ""),
+    entry("Tool", "Closing speed", "0.1", positive(), "m/s", "speed of the platens against each other, half of it each", ""),
     entry("Tool", "Stiffness ratio", "1", positive(), "-", "contact stiffness between tool and particle / k_n", ""),
     entry("Tool", "Friction", "0.3", not_negative(), "-", "Coulomb coefficient between tool and rock", ""),
     entry("Tool", "Damping ratio", "0.1", between(0., 1.), "-", "tool contact damping / critical damping", ""),
 
     entry("Time", "End time", "1e-3", positive(), "s", "end of the run", ""),
+    entry("Time", "Stop below", "0", between(0., 0.99), "-",
+          "the run ends when bonds have broken and the tool's force is below this fraction of its peak; 0: never", ""),
     entry("Time", "Time step", "0", not_negative(), "s", "step of both sides; 0: safety x stable step", ""),
     entry("Time", "Safety", "0.7", between(0.01, 0.99), "-", "step / stable step when the step is not given", ""),
 

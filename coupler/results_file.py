@@ -80,8 +80,19 @@ class Snapshot:
         self.weight = self.weight if len(self.weight) == n else np.ones(n)
         self.damage = self.damage if len(self.damage) == n else np.zeros(n)
         self.broken = read("bond_broken_position", (-1, 3))
+        self.platens = np.asarray(file.attrs.get("platens", []), float)  # y of the lower and the upper face
         self.tool_center = np.asarray(file.attrs.get("tool_center", []), float)
         self.tool_radius = float(file.attrs.get("tool_radius", 0.)) if len(self.tool_center) else 0.
+
+
+    def cut(self, z):
+        """Leaves the particles that a plane cuts, with the radii of their sections, and the broken bonds beside it."""
+        distance = np.abs(self.position[:, 2] - z)
+        thickness = np.median(self.radius) if len(self.radius) else 0.
+        kept = distance < self.radius
+        self.radius = np.sqrt(self.radius[kept]**2 - distance[kept]**2)
+        self.position, self.weight, self.damage = self.position[kept], self.weight[kept], self.damage[kept]
+        self.broken = self.broken[np.abs(self.broken[:, 2] - z) < thickness]
 
 
 class Snapshots:
@@ -100,9 +111,18 @@ class Snapshots:
                 raise Unreadable(f"{directory}/fields/mesh.h5: 'nodes' or 'cells' is missing")
             self.nodes, self.cells = mesh["nodes"][()], mesh["cells"][()].astype(int)
 
+    @property
+    def solid(self):
+        """True for three dimensions."""
+        return self.cells.shape[1] == 8
+
     def read(self, name):
+        """A snapshot; in three dimensions what a cut through the middle of z shows of it."""
         with open_results(self.directory, name) as file:
-            return Snapshot(file, len(self.nodes), len(self.cells))
+            snapshot = Snapshot(file, len(self.nodes), len(self.cells))
+        if self.solid:
+            snapshot.cut(0.5 * (self.nodes[:, 2].min() + self.nodes[:, 2].max()))
+        return snapshot
 
 
 def running_mean(values, window):

@@ -5,6 +5,7 @@
 #include "coupler/input_error.h"
 #include "coupler/results_directory.h"
 #include "coupler/scene.h"
+#include "coupler/specimen.h"
 
 #include <algorithm>
 #include <cmath>
@@ -44,11 +45,14 @@ public:
     // Everything that can be wrong is found before the results directory is touched.
     const Case settings = read_case(options.case_directory, options.overrides);
     check_results_directory(directory, options.overwrite);
-    scene = build_scene(settings, options.mode, console, comm);
+    mode = options.mode.value_or(settings.mode);
+    scene = build_scene(settings, mode, console, comm);
     open_results();
 
-    model = std::make_unique<CoupledModel>(scene.settings, options.mode, *scene.fem, scene.packing, scene.dt, comm);
+    model = std::make_unique<CoupledModel>(scene.settings, mode, *scene.fem, scene.packing, scene.dt, comm);
     model->start();
+    if (scene.settings.tool.kind == Case::ToolKind::platens)
+      gauge = std::make_unique<SpecimenGauge>(scene.settings, scene.fem->mesh(), scene.packing, comm);
     fields = std::make_unique<FieldOutput>(directory, *model, comm);
     n_steps = std::max<std::int64_t>(1, std::llround(std::ceil(scene.settings.end_time / scene.dt - 1e-9)));
     snapshot_interval = std::max<std::int64_t>(1, n_steps / scene.settings.n_snapshots);
@@ -97,7 +101,7 @@ private:
     int n_ranks = 1;
     MPI_Comm_size(comm, &n_ranks);
     std::ostringstream text;
-    text << version_text() << "\ncase " << scene.settings.name << ", mode " << name_of(options.mode) << ", " << n_ranks
+    text << version_text() << "\ncase " << scene.settings.name << ", mode " << name_of(mode) << ", " << n_ranks
          << (n_ranks == 1 ? " rank" : " ranks") << ", results in " << directory << "\n"
          << packing_summary(scene.packing) << "\n"
          << scene.fem->mesh().n_cells() << " cells; stable step: finite elements " << scene.stable.fem << " s, particles "
@@ -114,16 +118,21 @@ private:
       std::int64_t chunk = n_steps - model->step();
       chunk = std::min(chunk, steps_to(model->step(), scene.settings.history_interval));
       chunk = std::min(chunk, steps_to(model->step(), snapshot_interval));
-      if (options.mode == Mode::adaptive)
+      if (mode == Mode::adaptive)
         chunk = std::min(chunk, steps_to(model->step(), scene.settings.check_interval));
       model->advance(static_cast<int>(std::min<std::int64_t>(chunk, 500)));
 
-      if (options.mode == Mode::adaptive && model->step() % scene.settings.check_interval == 0)
+      if (mode == Mode::adaptive && model->step() % scene.settings.check_interval == 0)
         report_events(model->adapt());
       if (model->step() % scene.settings.history_interval == 0 || model->step() == n_steps)
         write_row();
       if (model->step() % snapshot_interval == 0)
         write_fields();
+      if (gauge && record.fell_below(scene.settings.stop_below))
+      {
+        console.message("the platens' force has fallen below Time/Stop below of its peak: end of the test");
+        break;
+      }
 
       interrupted = caught_signal;
       MPI_Allreduce(MPI_IN_PLACE, &interrupted, 1, MPI_INT, MPI_MAX, comm);
@@ -163,6 +172,11 @@ private:
     row.intact_bonds = model->dem().n_bonds_intact();
     row.broken_bonds = model->dem().n_bonds_broken();
     row.energy = model->energies();
+    if (gauge)
+    {
+      row.specimen = gauge->read(*model, row.tool_force[1]);
+      record.add(row.specimen);
+    }
     if (history)
       history->add(row);
 
@@ -215,6 +229,8 @@ private:
     text << "particles " << model->dem().n_active() << " active, " << model->dem().n_left_domain() << " left the domain; bonds "
          << model->dem().n_bonds_intact() << " intact, " << model->dem().n_bonds_broken() << " broken; cells converted "
          << model->overlap().n_converted();
+    if (gauge)
+      text << '\n' << specimen_text(scene.settings, record.result(scene.settings.dim()));
     console.message(text.str());
   }
 
@@ -227,6 +243,9 @@ private:
   std::unique_ptr<CoupledModel> model;
   std::unique_ptr<History> history;
   std::unique_ptr<FieldOutput> fields;
+  std::unique_ptr<SpecimenGauge> gauge; // of a specimen between platens
+  SpecimenRecord record;
+  Mode mode = Mode::adaptive;
   std::int64_t n_steps = 0, snapshot_interval = 1;
   double started = 0., largest_work = 0.;
   int interrupted = 0;
@@ -238,7 +257,8 @@ std::string RunOptions::results_directory() const
   if (!output.empty())
     return output;
   const Case settings = read_case(case_directory, overrides);
-  return "results/" + settings.name + (mode == Mode::adaptive ? "" : "_" + name_of(mode));
+  const bool other = mode.value_or(settings.mode) != settings.mode;
+  return "results/" + settings.name + (other ? "_" + name_of(*mode) : "");
 }
 
 int run_case(const RunOptions &options, MPI_Comm comm)

@@ -116,7 +116,7 @@ void check_overlap(const Case &settings, const fem::FemSide &fem)
 
 void check_tool(const Case &settings, const fem::FemSide &fem)
 {
-  if (!settings.tool.present)
+  if (settings.tool.kind != Case::ToolKind::disc)
     return;
   const double clearance = Tool::clearance(settings.tool, fem);
   if (clearance < 0.)
@@ -127,6 +127,19 @@ void check_tool(const Case &settings, const fem::FemSide &fem)
          << " m away from it";
     throw InputError(text.str());
   }
+}
+
+void use_calibrated_strength(Case &settings, const dem::Packing &packing)
+{
+  const dem::StrengthCalibration &known = packing.strength;
+  const auto differs = [](double a, double b) { return std::abs(a - b) > 1e-9 * std::abs(b); };
+  if (differs(known.target_tensile, settings.tensile_strength) ||
+      differs(known.target_compressive, settings.compressive_strength) ||
+      differs(known.shear_friction, settings.bond.shear_friction) || differs(known.friction, settings.bond.friction))
+    throw InputError(case_path(settings) + ": Bond/Strength = calibrated, but " + settings.packing_file +
+                     " holds no strengths for this rock's f_t, f_c and frictions; run kerf calibrate " + settings.directory);
+  settings.bond.R_n = known.R_n;
+  settings.bond.R_t = known.R_t;
 }
 } // namespace
 
@@ -223,6 +236,9 @@ Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm co
   Scene scene;
   scene.settings = settings;
   scene.fem = build_fem(settings, comm);
+  const Box body = mesh_box(scene.fem->mesh());
+  scene.settings.tool.lower = body.lower[1];
+  scene.settings.tool.upper = body.upper[1];
   if (mode == Mode::adaptive || mode == Mode::fixed)
     check_overlap(settings, *scene.fem);
   if (mode == Mode::fixed && cells_inside(scene.fem->mesh(), settings.fixed_region).empty())
@@ -232,6 +248,8 @@ Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm co
   build_packing(settings, *scene.fem, scene.packing, console, comm);
   scene.settings.bond.k_n = scene.packing.calibration.k_n;
   scene.settings.bond.k_t = scene.packing.calibration.k_t;
+  if (settings.calibrated_strength)
+    use_calibrated_strength(scene.settings, scene.packing);
 
   scene.stable = stable_steps(scene.settings, mode, *scene.fem, scene.packing);
   if (settings.time_step > scene.stable.coupled)

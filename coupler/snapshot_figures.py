@@ -6,7 +6,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Rectangle
 
 from results_file import Snapshots, Unreadable
 
@@ -37,6 +37,9 @@ def work_box(snapshots, drawn):
     lower, upper = rock_box(snapshots, drawn)
     points = [np.empty((0, 2))]
     last = drawn[-1]
+    if len(last.platens):  # a specimen is shown with its platens
+        margin = 0.06 * (upper - lower).max()
+        return lower - margin, upper + margin
     if len(snapshots.cells) and np.any(last.alpha >= 1.):
         touched = snapshots.cells[last.alpha < 1.]
         points.append(snapshots.nodes[touched.ravel(), :2])
@@ -59,13 +62,22 @@ def work_box(snapshots, drawn):
 
 
 def cell_polygons(snapshots, snapshot, cells):
-    """Deformed corners of cells, in mm."""
+    """Deformed corners of cells, in mm; of a hexahedron its back face."""
     moved = (snapshots.nodes + snapshot.displacement)[:, :2] * MILLI
     return moved[snapshots.cells[cells][:, POLYGON_ORDER]]
 
 
+def cells_in_view(snapshots):
+    """All cells, in three dimensions those cut by the middle plane of z."""
+    if not snapshots.solid:
+        return np.ones(len(snapshots.cells), bool)
+    z = snapshots.nodes[:, 2]
+    middle, of_cells = 0.5 * (z.min() + z.max()), z[snapshots.cells]
+    return (of_cells.min(axis=1) <= middle) & (of_cells.max(axis=1) > middle)
+
+
 def draw_cells(axis, snapshots, snapshot, colours):
-    shown = np.nonzero(snapshot.alpha > 0.)[0]
+    shown = np.nonzero((snapshot.alpha > 0.) & cells_in_view(snapshots))[0]
     if not len(shown):
         return
     fill = colours.to_rgba(np.nan_to_num(snapshot.stress[shown]) / 1e6)
@@ -77,7 +89,7 @@ def draw_cells(axis, snapshots, snapshot, colours):
 
 
 def draw_overlap(axis, snapshots, snapshot):
-    overlap = np.nonzero((snapshot.alpha > 0.) & (snapshot.alpha < 1.))[0]
+    overlap = np.nonzero((snapshot.alpha > 0.) & (snapshot.alpha < 1.) & cells_in_view(snapshots))[0]
     if len(overlap):
         axis.add_collection(PolyCollection(cell_polygons(snapshots, snapshot, overlap), facecolors="none",
                                            edgecolors=OVERLAP_COLOUR, linewidths=0.5, zorder=3))
@@ -108,9 +120,13 @@ def draw_snapshot(axis, snapshots, snapshot, box, colours):
     if snapshot.tool_radius > 0.:
         axis.add_patch(Circle(snapshot.tool_center[:2] * MILLI, snapshot.tool_radius * MILLI, facecolor=TOOL_COLOUR,
                               edgecolor="#3b3f45", linewidth=1.2, zorder=5))
-    # The tool is as a rule far larger than the rock that is shown: its lower part is enough.
     lower, upper = box[0] * MILLI, box[1] * MILLI
-    head = HEADROOM * (upper[1] - lower[1])
+    head = 0. if len(snapshot.platens) else HEADROOM * (upper[1] - lower[1])
+    if len(snapshot.platens):
+        for y, end in zip(snapshot.platens * MILLI, (lower[1], upper[1])):
+            axis.add_patch(Rectangle((lower[0], y), upper[0] - lower[0], end - y, facecolor=TOOL_COLOUR, edgecolor="#3b3f45",
+                                     linewidth=1.2, zorder=5))
+    # The tool is as a rule far larger than the rock that is shown: its lower part is enough.
     axis.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1] + head), aspect="equal")
     count = f"{len(snapshot.radius):,}".replace(",", "\u202f")
     axis.set_title(f"t = {snapshot.time * MILLI:.3g} ms,  {count} particles")
@@ -172,7 +188,7 @@ def draw_keys(figure, drawn, colours):
 
 def snapshot_figure(path, snapshots, drawn, box, columns, dpi):
     """Panels of equal scale with their keys below."""
-    extent = (box[1] - box[0]) * [1., 1. + HEADROOM]
+    extent = (box[1] - box[0]) * [1., 1. + (0. if len(drawn[-1].platens) else HEADROOM)]
     figure, axes = place_panels(len(drawn), min(columns, len(drawn)), extent[1] / extent[0], 13., 15.)
     colours = colour_scales(drawn)
     for axis, snapshot in zip(axes, drawn):
@@ -187,11 +203,10 @@ def snapshot_figures(directory, output):
     snapshots = Snapshots(directory)
     if not snapshots.names:
         return "there are no snapshots in fields/"
-    if snapshots.cells.shape[1] != 4:
-        return "no pictures of three-dimensional snapshots"
     drawn = [snapshots.read(name) for name in chosen(snapshots.names)]
     box = work_box(snapshots, drawn)
     wide, high = box[1] - box[0]
     snapshot_figure(output / "interface.png", snapshots, drawn, box, 3 if wide < 1.6 * high else 2, 150)
-    snapshot_figure(output / "final.png", snapshots, drawn[-1:], rock_box(snapshots, drawn), 1, 200)
+    whole = box if len(drawn[-1].platens) else rock_box(snapshots, drawn)
+    snapshot_figure(output / "final.png", snapshots, drawn[-1:], whole, 1, 200)
     return None

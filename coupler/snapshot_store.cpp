@@ -36,10 +36,15 @@ void FieldOutput::write_snapshot(CoupledModel &model, const std::string &stamp, 
   Hdf5Writer file(directory + "/fields/snapshot_" + stamp + ".h5");
   file.attribute("time", model.time());
   file.attribute("step", static_cast<std::int64_t>(model.step()));
-  file.attribute("tool_radius", model.tool().present() ? model.tool().radius() : 0.);
-  file.attribute("tool_angle", model.tool().angle());
-  const Eigen::Vector3d centre = model.tool().centre();
-  file.attribute("tool_center", std::vector<double>(centre.data(), centre.data() + 3));
+  if (const Disc *disc = model.tool().disc())
+  {
+    file.attribute("tool_radius", disc->radius);
+    file.attribute("tool_angle", disc->angle);
+    file.attribute("tool_center", std::vector<double>(disc->centre.data(), disc->centre.data() + 3));
+  }
+  const std::array<double, 2> platens = model.tool().platens();
+  if (platens[0] != platens[1])
+    file.attribute("platens", std::vector<double>(platens.begin(), platens.end()));
   write_vectors(file, "fem_displacement", displacement);
   write_values(file, "cell_alpha", alpha);
   write_values(file, "cell_stress", measure);

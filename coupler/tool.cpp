@@ -10,6 +10,10 @@
 namespace kerf
 {
 using Eigen::Vector3d;
+namespace
+{
+constexpr double huge = 1e300; // no bound
+}
 
 ToolPath::ToolPath(const std::vector<std::pair<double, Vector3d>> &way_points, double smoothing_time)
   : points(way_points), window(smoothing_time)
@@ -78,71 +82,156 @@ Vector3d ToolContactLaw::force(double gap, const Vector3d &normal, const Vector3
   return result;
 }
 
+Disc::Disc(const Case::Tool &settings)
+  : radius(settings.radius), path(settings.path, settings.smoothing_time), rolling(settings.rolling)
+{
+}
+
+void Disc::move_to(double time)
+{
+  centre = path.position(time);
+  velocity = path.velocity(time);
+  // Rolling without slip along the lowest point: v_x + spin R = 0.
+  spin = rolling ? -velocity[0] / radius : 0.;
+  angle += spin * (time - time_of_angle);
+  time_of_angle = time;
+}
+
+NearestSurface Disc::nearest(const Vector3d &point) const
+{
+  const Vector3d arm(point[0] - centre[0], point[1] - centre[1], 0.);
+  const double distance = arm.norm();
+  const Vector3d normal = distance > 0. ? Vector3d(arm / distance) : Vector3d::UnitY();
+  return {distance - radius, normal, velocity + spin * radius * Vector3d(-normal[1], normal[0], 0.)};
+}
+
+Box Disc::bounds(double reach) const
+{
+  const Vector3d half(radius + reach, radius + reach, huge);
+  return {centre - half, centre + half};
+}
+
+Platen::Platen(double y, double speed, double ramp) : start(y), full_speed(speed), ramp(ramp), y(y) {}
+
+void Platen::move_to(double time)
+{
+  // Half a cosine wave: s(t) = v (t - sin(pi t/T) T/pi)/2 while it lasts.
+  if (time <= 0.)
+    y = start, speed = 0.;
+  else if (time < ramp)
+  {
+    const double phase = M_PI * time / ramp;
+    speed = 0.5 * full_speed * (1. - std::cos(phase));
+    y = start + 0.5 * full_speed * (time - std::sin(phase) * ramp / M_PI);
+  }
+  else
+  {
+    speed = full_speed;
+    y = start + full_speed * (time - 0.5 * ramp);
+  }
+}
+
+NearestSurface Platen::nearest(const Vector3d &point) const
+{
+  const double side = full_speed >= 0. ? 1. : -1.;
+  return {side * (point[1] - y), side * Vector3d::UnitY(), speed * Vector3d::UnitY()};
+}
+
+Box Platen::bounds(double reach) const
+{
+  Box box{Vector3d::Constant(-huge), Vector3d::Constant(huge)};
+  if (full_speed >= 0.)
+    box.upper[1] = y + reach;
+  else
+    box.lower[1] = y - reach;
+  return box;
+}
+
 Tool::Tool(const Case::Tool &settings, double k_n, double diameter, double density, MPI_Comm comm)
-  : settings(settings), path(settings.path, settings.smoothing_time), law{settings.friction},
-    particle_stiffness(settings.stiffness_ratio * k_n), surface_stiffness(particle_stiffness / diameter),
+  : settings(settings), law{settings.friction}, particle_stiffness(settings.stiffness_ratio * k_n),
+    surface_stiffness(particle_stiffness / diameter),
     surface_damping(2. * settings.damping * std::sqrt(density * diameter * surface_stiffness)), comm(comm)
 {
-  if (settings.present)
-    move_to(0.);
+  if (settings.kind == Case::ToolKind::disc)
+  {
+    bodies.push_back(std::make_unique<Disc>(settings));
+    shares = {1.};
+  }
+  else if (settings.kind == Case::ToolKind::platens)
+  {
+    const double speed = 0.5 * settings.closing_speed;
+    bodies.push_back(std::make_unique<Platen>(settings.lower, speed, settings.smoothing_time));
+    bodies.push_back(std::make_unique<Platen>(settings.upper, -speed, settings.smoothing_time));
+    shares = {-0.5, 0.5};
+  }
+  move_to(0.);
 }
 
 void Tool::move_to(double time)
 {
-  position = path.position(time);
-  velocity = path.velocity(time);
-  // Rolling without slip along the lowest point: v_x + spin R = 0.
-  spin = settings.rolling ? -velocity[0] / settings.radius : 0.;
-  rotation_angle += spin * (time - rotation_time);
-  rotation_time = time;
+  for (const auto &body : bodies)
+    body->move_to(time);
 }
 
-Vector3d Tool::contact_force(const Vector3d &point, const Vector3d &point_velocity, const Vector3d &angular_velocity,
-                             double point_radius, double stiffness, double damping)
+Vector3d Tool::contact_force(const NearestSurface &surface, const Vector3d &rock_velocity, double stiffness, double damping,
+                             double share)
 {
-  const Vector3d arm = point - position;
-  const double distance = arm.norm();
-  const double gap = distance - settings.radius - point_radius;
-  if (gap >= 0. || distance <= 0.)
-    return Vector3d::Zero();
-  const Vector3d normal = arm / distance;
-  const Vector3d at_contact = settings.radius * normal;
-  const Vector3d tool_velocity = velocity + Vector3d(-spin * at_contact[1], spin * at_contact[0], 0.);
-  const Vector3d rock_velocity = point_velocity - point_radius * angular_velocity.cross(normal);
-  const Vector3d force = law.force(gap, normal, rock_velocity - tool_velocity, stiffness, damping);
-  load.force += force;
-  load.power += force.dot(tool_velocity);
+  const Vector3d force = law.force(surface.gap, surface.normal, rock_velocity - surface.velocity, stiffness, damping);
+  load.force += share * force;
+  load.power += force.dot(surface.velocity);
   return force;
+}
+
+void Tool::push_particles(const RigidBody &body, dem::Particles &particles, double share)
+{
+  const Box touchable = body.bounds(0.);
+  for (int i = 0; i < particles.n; ++i)
+  {
+    const double radius = particles.radius[i];
+    if (((particles.position.col(i) - touchable.upper).array() > radius).any() ||
+        ((touchable.lower - particles.position.col(i)).array() > radius).any())
+      continue;
+    NearestSurface surface = body.nearest(particles.position.col(i));
+    surface.gap -= radius;
+    if (surface.gap >= 0.)
+      continue;
+    const Vector3d arm = -radius * surface.normal;
+    const Vector3d rock_velocity = particles.velocity.col(i) + particles.angular_velocity.col(i).cross(arm);
+    const double stiffness = particles.weight[i] * particle_stiffness;
+    const double damping = 2. * settings.damping * std::sqrt(stiffness * particles.mass[i]);
+    const Vector3d force = contact_force(surface, rock_velocity, stiffness, damping, share);
+    particles.force.col(i) += force;
+    particles.torque.col(i) += arm.cross(force);
+  }
+}
+
+void Tool::push_surface(const RigidBody &body, fem::FemSide &fem, double share)
+{
+  const Box box = body.bounds(0.);
+  fem.surface_points(box.lower, box.upper, surface);
+  surface_force.resize(3, surface.position.cols());
+  for (int q = 0; q < surface.position.cols(); ++q)
+    surface_force.col(q) = contact_force(body.nearest(surface.position.col(q)), surface.velocity.col(q),
+                                         surface.area[q] * surface_stiffness, surface.area[q] * surface_damping, share);
+  fem.add_surface_forces(surface_force);
 }
 
 void Tool::apply(dem::Particles &particles, fem::FemSide &fem)
 {
   load = Load();
-  if (!settings.present)
-    return;
-  for (int i = 0; i < particles.n; ++i)
+  for (std::size_t b = 0; b < bodies.size(); ++b)
   {
-    const double reach = settings.radius + particles.radius[i];
-    if ((particles.position.col(i) - position).squaredNorm() >= reach * reach)
-      continue;
-    const double stiffness = particles.weight[i] * particle_stiffness;
-    const double damping = 2. * settings.damping * std::sqrt(stiffness * particles.mass[i]);
-    const Vector3d force = contact_force(particles.position.col(i), particles.velocity.col(i),
-                                         particles.angular_velocity.col(i), particles.radius[i], stiffness, damping);
-    const Vector3d arm = particles.radius[i] * (position - particles.position.col(i)).normalized();
-    particles.force.col(i) += force;
-    particles.torque.col(i) += arm.cross(force);
+    push_particles(*bodies[b], particles, shares[b]);
+    if (fem.n_active_cells() > 0)
+      push_surface(*bodies[b], fem, shares[b]);
   }
+}
 
-  if (fem.n_active_cells() == 0)
-    return;
-  const Vector3d reach = Vector3d(settings.radius, settings.radius, 1.);
-  fem.surface_points(position - reach, position + reach, surface);
-  surface_force.resize(3, surface.position.cols());
-  for (int q = 0; q < surface.position.cols(); ++q)
-    surface_force.col(q) = contact_force(surface.position.col(q), surface.velocity.col(q), Vector3d::Zero(), 0.,
-                                         surface.area[q] * surface_stiffness, surface.area[q] * surface_damping);
-  fem.add_surface_forces(surface_force);
+std::array<double, 2> Tool::platens() const
+{
+  if (settings.kind != Case::ToolKind::platens)
+    return {{0., 0.}};
+  return {{static_cast<const Platen &>(*bodies[0]).y, static_cast<const Platen &>(*bodies[1]).y}};
 }
 
 Tool::Load Tool::total(const Load &local) const

@@ -5,6 +5,9 @@
 #include "dem_side/dem_side.h"
 #include "fem_side/fem_side.h"
 
+#include <array>
+#include <memory>
+
 namespace kerf
 {
 /// Prescribed motion of the disc centre: the polygon of way points averaged over the smoothing time, so the velocity is
@@ -39,8 +42,61 @@ struct ToolContactLaw
                         double damping) const;
 };
 
-/// Rigid disc cutter in contact with particles and with the surface of the finite elements, each with its own weight, so that
-/// the contact force does not jump when a cell below the tool is converted.
+/// What a point of the rock sees of a rigid body.
+struct NearestSurface
+{
+  double gap = 0.;          ///< distance of the point from the surface, negative inside [m]
+  Eigen::Vector3d normal;   ///< out of the body
+  Eigen::Vector3d velocity; ///< of the body's surface there [m/s]
+};
+
+/// A rigid body on a prescribed way.
+class RigidBody
+{
+public:
+  virtual ~RigidBody() = default;
+  virtual void move_to(double time) = 0; ///< [s]
+  virtual NearestSurface nearest(const Eigen::Vector3d &point) const = 0;
+  /// Box around all points with a gap below @p reach [m].
+  virtual Box bounds(double reach) const = 0;
+};
+
+/// Disc cutter, its profile in the plane z = 0.
+class Disc : public RigidBody
+{
+public:
+  explicit Disc(const Case::Tool &settings);
+  void move_to(double time) override;
+  NearestSurface nearest(const Eigen::Vector3d &point) const override;
+  Box bounds(double reach) const override;
+
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
+  double spin = 0., angle = 0.; ///< about z [rad/s], [rad]
+  const double radius;
+
+private:
+  ToolPath path;
+  bool rolling;
+  double time_of_angle = 0.;
+};
+
+/// Plate of a press: the half space beyond a plane across y. Its speed starts as half a cosine wave.
+class Platen : public RigidBody
+{
+public:
+  /// @param y of the face at the start [m]; @param speed along y [m/s], its sign is that of the face's outer normal;
+  /// @param ramp duration of the start [s]
+  Platen(double y, double speed, double ramp);
+  void move_to(double time) override;
+  NearestSurface nearest(const Eigen::Vector3d &point) const override;
+  Box bounds(double reach) const override;
+
+  const double start, full_speed, ramp;
+  double y, speed = 0.;
+};
+
+/// The tool: one or two rigid bodies in contact with particles and with the surface of the finite elements, each with its own
+/// weight, so that the contact force does not jump when a cell below the tool is converted.
 class Tool
 {
 public:
@@ -53,7 +109,8 @@ public:
   /// Adds contact forces to the particles of this rank and to the surface of the finite elements. Collective.
   void apply(dem::Particles &particles, fem::FemSide &fem);
 
-  /// Force [N] and power [W] of the tool on the rock, summed over ranks by total(). Reaction on the tool = -force.
+  /// Force of the tool on the rock [N] and its power [W], summed over ranks by total(). Reaction on the tool = -force.
+  /// Platens push against each other: their force is half the difference, that of the upper one in equilibrium.
   struct Load
   {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
@@ -62,30 +119,28 @@ public:
   const Load &local_load() const { return load; }
   Load total(const Load &local) const;
 
-  bool present() const { return settings.present; }
-  const Eigen::Vector3d &centre() const { return position; }
-  double radius() const { return settings.radius; }
-  double angle() const { return rotation_angle; }
+  bool present() const { return settings.present(); }
+  const Disc *disc() const { return dynamic_cast<const Disc *>(bodies.empty() ? nullptr : bodies[0].get()); }
+  /// Faces of the platens, lower and upper y [m]; both 0 for other tools.
+  std::array<double, 2> platens() const;
 
-  /// Distance of the disc from the rock in the reference configuration, negative inside [m].
+  /// Smallest distance of a disc from the rock in the reference configuration, negative inside [m].
   static double clearance(const Case::Tool &tool, const fem::FemSide &fem);
 
 private:
-  /// Force on a point of the rock with radius @p point_radius (0: surface point); adds it to the load.
-  Eigen::Vector3d contact_force(const Eigen::Vector3d &point, const Eigen::Vector3d &velocity,
-                                const Eigen::Vector3d &angular_velocity, double point_radius, double stiffness, double damping);
+  Eigen::Vector3d contact_force(const NearestSurface &surface, const Eigen::Vector3d &rock_velocity, double stiffness,
+                                double damping, double share);
+  void push_particles(const RigidBody &body, dem::Particles &particles, double share);
+  void push_surface(const RigidBody &body, fem::FemSide &fem, double share);
 
   Case::Tool settings;
-  ToolPath path;
   ToolContactLaw law;
   double particle_stiffness; // [N/m]
   double surface_stiffness;  // [N/m^3], the particles' one spread over their spacing
   double surface_damping;    // [N s/m^3]
   MPI_Comm comm;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
-  double spin = 0.;           // about z [rad/s]
-  double rotation_angle = 0.; // [rad]
-  double rotation_time = 0.;
+  std::vector<std::unique_ptr<RigidBody>> bodies;
+  std::vector<double> shares; // of each body's force in the load
   Load load;
   fem::SurfacePoints surface;
   Eigen::Matrix3Xd surface_force;

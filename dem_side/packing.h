@@ -21,6 +21,25 @@ struct ElasticCalibration
   double anisotropy = 0.;       ///< largest deviation of the relaxed tensor from its isotropic fit, relative [-]
 };
 
+/// Bond strengths that give packings of this kind the strengths of the rock, from simulated tests on several packings.
+struct StrengthCalibration
+{
+  double R_n = 0., R_t = 0.;        ///< tensile and shear strength of a bond [N] (2D: [N/m])
+  double shear_friction = 0.;       ///< of the bond, as it was when the strengths were found [-]
+  double friction = 0.;             ///< of broken bonds, likewise [-]
+  double target_tensile = 0.;       ///< Brazilian strength [Pa]; 0: not calibrated yet
+  double target_compressive = 0.;   ///< uniaxial compressive strength [Pa]
+  double achieved_tensile = 0.;     ///< mean over the packings [Pa]
+  double scatter_tensile = 0.;      ///< standard deviation over the packings [Pa]
+  double achieved_compressive = 0.; ///< mean over the packings [Pa]
+  double scatter_compressive = 0.;  ///< standard deviation over the packings [Pa]
+  double achieved_young = 0.;       ///< of the compressed specimens, mean [Pa]
+  double scatter_young = 0.;        ///< [Pa]
+  double achieved_poisson = 0.;     ///< of the compressed specimens, mean [-]
+  double scatter_poisson = 0.;      ///< [-]
+  double n_packings = 0.;           ///< tested
+};
+
 /// The stored discretisation of the whole rock: generated beforehand, particles are taken from it when they are needed.
 /// In 2D the particles are cylinders of unit thickness with z = 0.
 struct Packing
@@ -35,6 +54,7 @@ struct Packing
   Eigen::VectorXd radii;                 ///< [m]
   std::vector<std::array<int, 2>> bonds; ///< index pairs, first < second, sorted, no doubles
   ElasticCalibration calibration;
+  StrengthCalibration strength;
 
   int size() const { return static_cast<int>(radii.size()); }
   double volume(int i) const;    ///< pi r^2 (2D) or 4/3 pi r^3 (3D)

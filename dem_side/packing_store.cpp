@@ -25,6 +25,27 @@ void visit_values(Calibration &calibration, Visitor &&visit)
   visit("anisotropy", calibration.anisotropy);
 }
 
+/// Likewise for StrengthCalibration.
+template <typename Strength, typename Visit>
+void visit_strengths(Strength &strength, const Visit &visit)
+{
+  visit("R_n", strength.R_n);
+  visit("R_t", strength.R_t);
+  visit("shear_friction", strength.shear_friction);
+  visit("friction", strength.friction);
+  visit("target_tensile", strength.target_tensile);
+  visit("target_compressive", strength.target_compressive);
+  visit("achieved_tensile", strength.achieved_tensile);
+  visit("scatter_tensile", strength.scatter_tensile);
+  visit("achieved_compressive", strength.achieved_compressive);
+  visit("scatter_compressive", strength.scatter_compressive);
+  visit("specimen_young", strength.achieved_young);
+  visit("specimen_young_scatter", strength.scatter_young);
+  visit("specimen_poisson", strength.achieved_poisson);
+  visit("specimen_poisson_scatter", strength.scatter_poisson);
+  visit("strength_packings", strength.n_packings);
+}
+
 Eigen::Vector3d point(const Hdf5Reader &file, const std::string &name)
 {
   const std::vector<double> values = file.numbers(name);
@@ -64,6 +85,7 @@ void save_packing(const Packing &packing, const std::string &path)
   file.attribute("lower", std::vector<double>{packing.lower[0], packing.lower[1], packing.lower[2]});
   file.attribute("upper", std::vector<double>{packing.upper[0], packing.upper[1], packing.upper[2]});
   visit_values(packing.calibration, [&](const char *name, double value) { file.attribute(name, value); });
+  visit_strengths(packing.strength, [&](const char *name, double value) { file.attribute(name, value); });
   // A column of the matrix is a particle, so its memory is the table row by row.
   file.table("positions", packing.positions.data(), packing.positions.cols(), 3);
   file.table("radii", packing.radii.data(), packing.radii.size());
@@ -97,6 +119,8 @@ Packing load_packing(const std::string &path)
   packing.lower = point(file, "lower");
   packing.upper = point(file, "upper");
   visit_values(packing.calibration, [&](const char *name, double &value) { value = file.number(name); });
+  if (file.has_attribute("R_n")) // stores made before there was a strength calibration
+    visit_strengths(packing.strength, [&](const char *name, double &value) { value = file.number(name); });
 
   const std::vector<double> positions = file.table("positions", 3), radii = file.table("radii");
   const std::vector<int> bonds = file.integer_table("bonds", 2);

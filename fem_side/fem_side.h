@@ -12,10 +12,17 @@
 /// three components (z = 0 in two dimensions), SI units, two dimensions mean plane strain per metre of thickness.
 namespace kerf::fem
 {
-/// Mesh of the rock: a gmsh file, or a structured box that may be graded.
+enum class MeshShape
+{
+  box, ///< structured, may be graded
+  disc ///< the circle inscribed in the box, in three dimensions a cylinder along z
+};
+
+/// Mesh of the rock: a gmsh file, or a shape.
 struct MeshSettings
 {
-  std::string gmsh_file;                                ///< .msh file; empty: structured box
+  std::string gmsh_file; ///< .msh file; empty: shape
+  MeshShape shape = MeshShape::box;
   Eigen::Vector3d lower = Eigen::Vector3d::Zero();      ///< box corner [m]
   Eigen::Vector3d upper = Eigen::Vector3d::Zero();      ///< box corner [m]
   double cell_size = 0.;                                ///< cell size, inside the fine zone if there is one [m]
@@ -49,7 +56,7 @@ enum class BoundaryKind
 
 struct BoundaryCondition
 {
-  int id = 0; ///< boundary id; structured box: 0 left, 1 right, 2 bottom, 3 top (3D: 4 back, 5 front)
+  int id = 0; ///< boundary id; box: 0 left, 1 right, 2 bottom, 3 top (3D: 4 back, 5 front); disc: 0 rim (3D: 4, 5)
   BoundaryKind kind = BoundaryKind::free;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< [m/s], kind velocity only
   double ramp = 0.;                                   ///< duration of the smooth (half cosine) start [s]

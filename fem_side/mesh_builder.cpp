@@ -8,6 +8,7 @@
 #include <deal.II/grid/grid_tools.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <numeric>
 #include <stdexcept>
@@ -55,6 +56,43 @@ void structured_box(const MeshSettings &s, dealii::Triangulation<dim> &triangula
       return vertex;
     },
     triangulation);
+}
+
+/// Blocks around a square in the middle, refined as a whole, so cells may come out up to half as large as asked for.
+template <int dim>
+void disc(const MeshSettings &s, dealii::Triangulation<dim> &triangulation)
+{
+  check_box<dim>(s);
+  const Eigen::Vector3d extent = s.upper - s.lower, centre = 0.5 * (s.lower + s.upper);
+  if (std::abs(extent[0] - extent[1]) > 1e-9 * extent[0])
+    throw std::runtime_error("mesh: a disc needs a box of equal width and height");
+  if (s.fine_lower != s.fine_upper)
+    throw std::runtime_error("mesh: a disc has no fine zone");
+  dealii::Triangulation<2> ball, flat;
+  dealii::GridGenerator::hyper_ball_balanced(ball, {centre[0], centre[1]}, 0.5 * extent[0]);
+  while (dealii::GridTools::maximal_cell_diameter(ball) > std::sqrt(2.) * s.cell_size)
+    ball.refine_global();
+  dealii::GridGenerator::flatten_triangulation(ball, flat);
+  if constexpr (dim == 2)
+    triangulation.copy_triangulation(flat);
+  else
+  {
+    const unsigned int layers = std::max(1L, std::lround(extent[2] / s.cell_size));
+    dealii::GridGenerator::extrude_triangulation(flat, layers + 1, extent[2], triangulation);
+    dealii::GridTools::shift(dealii::Point<3>(0., 0., s.lower[2]), triangulation);
+  }
+  for (const auto &cell : triangulation.active_cell_iterators())
+    for (const auto &face : cell->face_iterators())
+      if (face->at_boundary())
+      {
+        bool back = dim == 3, front = dim == 3;
+        for (const auto v : face->vertex_indices())
+        {
+          back = back && face->vertex(v)[dim - 1] < s.lower[2] + 1e-9 * extent[2];
+          front = front && face->vertex(v)[dim - 1] > s.upper[2] - 1e-9 * extent[2];
+        }
+        face->set_boundary_id(back ? 4 : front ? 5 : 0);
+      }
 }
 
 template <int dim>
@@ -130,10 +168,12 @@ std::unique_ptr<dealii::parallel::shared::Triangulation<dim>> build_triangulatio
 {
   using Shared = dealii::parallel::shared::Triangulation<dim>;
   dealii::Triangulation<dim> serial;
-  if (settings.gmsh_file.empty())
-    structured_box(settings, serial);
-  else
+  if (!settings.gmsh_file.empty())
     read_gmsh(settings.gmsh_file, serial);
+  else if (settings.shape == MeshShape::disc)
+    disc(settings, serial);
+  else
+    structured_box(settings, serial);
 
   auto triangulation = std::make_unique<Shared>(comm, dealii::Triangulation<dim>::none, false, Shared::partition_custom_signal);
   const auto connection = triangulation->signals.create.connect(

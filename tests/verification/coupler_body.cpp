@@ -49,7 +49,7 @@ Case make_case(fem::BoundaryKind boundary)
   settings.criterion = Criterion::von_mises;
   settings.sigma_star = 1e12;
   settings.tensile_strength = settings.compressive_strength = 1.;
-  settings.tool.present = false;
+  settings.tool.kind = Case::ToolKind::none;
   settings.safety = 0.7;
   // Particles in the middle: the overlap is all around them and touches top and bottom.
   settings.fixed_region.push_back({Vector3d(30. * d, -d, -1.), Vector3d(50. * d, 41. * d, 1.)});
