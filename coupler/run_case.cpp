@@ -215,6 +215,11 @@ private:
     text << "particles " << model->dem().n_active() << " active, " << model->dem().n_left_domain() << " left the domain; bonds "
          << model->dem().n_bonds_intact() << " intact, " << model->dem().n_bonds_broken() << " broken; cells converted "
          << model->overlap().n_converted();
+    if (options.mode == Mode::dem)
+    {
+      const EnergyLedger energy = model->energies();
+      text << "\nenergy balance: work of tool and boundary " << energy.work() << " J, residual " << energy.residual() << " J";
+    }
     console.message(text.str());
   }
 
