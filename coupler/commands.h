@@ -32,6 +32,12 @@ int pack_case(const RunOptions &options, MPI_Comm comm);
 
 /// kerf calibrate: elastic part, then bond strengths from simulated tests, into the store. Collective; ranks share the tests.
 int calibrate_case(const RunOptions &options, MPI_Comm comm);
+/// kerf export: writes the case in mode dem as script and data file for kerf liggghts. Collective.
+int export_case(const RunOptions &options, MPI_Comm comm);
+
+/// kerf liggghts: a LIGGGHTS input script with the rock bond and the forces of kerf export. @param argv arguments of LIGGGHTS
+/// after the name of the program. Collective.
+int run_liggghts(int argc, char **argv, MPI_Comm comm);
 
 /// Name and versions of kerf and its libraries, one a line.
 std::string version_text();

@@ -14,23 +14,6 @@ namespace kerf
 {
 namespace
 {
-dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
-{
-  dem::Settings result;
-  result.comm = comm;
-  result.packing = &packing;
-  result.bond = settings.bond;
-  result.density = particle_density(settings, packing);
-  result.local_damping = settings.local_damping;
-  result.time_step = dt;
-  // Fragments fly: the domain is larger than the rock by its height on every side.
-  const Eigen::Vector3d extent = packing.upper - packing.lower;
-  const double margin = std::max(extent[1], 0.5 * extent[0]);
-  result.domain_lower = packing.lower.array() - margin;
-  result.domain_upper = packing.upper.array() + margin;
-  return result;
-}
-
 std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
 {
   PenaltyConstraint::Settings penalty;
@@ -64,6 +47,23 @@ double smallest_edge(const fem::Mesh &mesh)
 }
 } // namespace
 
+dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
+{
+  dem::Settings result;
+  result.comm = comm;
+  result.packing = &packing;
+  result.bond = settings.bond;
+  result.density = particle_density(settings, packing);
+  result.local_damping = settings.local_damping;
+  result.time_step = dt;
+  // Fragments fly: the domain is larger than the rock by its height on every side.
+  const Eigen::Vector3d extent = packing.upper - packing.lower;
+  const double margin = std::max(extent[1], 0.5 * extent[0]);
+  result.domain_lower = packing.lower.array() - margin;
+  result.domain_upper = packing.upper.array() + margin;
+  return result;
+}
+
 CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
                            MPI_Comm comm)
   : settings(settings), mode(mode), fem_side(fem), packing(packing), dt(dt), comm(comm),
@@ -71,7 +71,8 @@ CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, c
     regions(fem.mesh(), fem.quadrature_points(), packing.positions, settings.weight_function, settings.overlap_width),
     activation(settings, fem.mesh(), comm), constraint(make_constraint(settings, packing, dt, comm)),
     boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
-    cutter(settings.tool, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm)
+    cutter(settings.tool, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm), tool_work(dt, comm),
+    boundary_work(dt, comm), absorbing_work(dt, comm)
 {
 }
 
@@ -100,6 +101,8 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
     ++n_steps;
     now = n_steps * dt;
   }
+  for (OuterWork *work : {&tool_work, &boundary_work, &absorbing_work})
+    work->begin(phase, particles);
 
   if (with_fem)
   {
@@ -116,7 +119,8 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   {
     if (stepping)
       cutter.move_to(now);
-    cutter.apply(particles, fem_side);
+    cutter.apply(tool_forces.catch_forces(particles), fem_side);
+    tool_forces.release(particles, tool_work);
     const Tool::Load &load = cutter.local_load();
     if (stepping)
     {
@@ -128,7 +132,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   }
   clock.lap(Part::tool);
 
-  boundary.apply(particles, now, dt);
+  boundary.apply(particles, now, dt, boundary_work, absorbing_work);
   clock.lap(Part::dem);
   if (with_fem && stepping)
     fem_side.end_step(dt, now);
@@ -242,8 +246,9 @@ ToolForce CoupledModel::take_tool_force()
 EnergyLedger CoupledModel::energies() const
 {
   EnergyLedger ledger;
-  double sums[2] = {local_coupling_energy, local_tool_work};
-  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm);
+  double sums[4] = {local_coupling_energy, mode == Mode::dem ? tool_work.local() : local_tool_work, boundary_work.local(),
+                    absorbing_work.local()};
+  MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, comm);
   const dem::Energies particles = dem_side->energies();
   const fem::Energies continuum = fem_side.energies();
   ledger.kinetic = particles.kinetic + continuum.kinetic;
@@ -253,8 +258,9 @@ EnergyLedger CoupledModel::energies() const
   ledger.damping = particles.damping;
   ledger.friction = particles.friction;
   ledger.released = particles.released;
-  ledger.boundary_work = continuum.boundary;
-  ledger.absorbed = continuum.absorbed;
+  ledger.finite_step = particles.finite_step;
+  ledger.boundary_work = continuum.boundary + sums[2];
+  ledger.absorbed = continuum.absorbed - sums[3];
   return ledger;
 }
 

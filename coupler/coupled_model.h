@@ -4,6 +4,7 @@
 #include "coupler/activation.h"
 #include "coupler/case_file.h"
 #include "coupler/constraint.h"
+#include "coupler/outer_work.h"
 #include "coupler/overlap.h"
 #include "coupler/particle_boundary.h"
 #include "coupler/step_timer.h"
@@ -27,8 +28,16 @@ struct ActivationEvent
 struct EnergyLedger
 {
   double kinetic = 0., elastic = 0., coupling = 0.;
-  double damping = 0., friction = 0., released = 0., boundary_work = 0., absorbed = 0.;
-  double tool_work = 0.;
+  double finite_step = 0.; ///< of the particles, see dem::Energies
+  double damping = 0., friction = 0., released = 0.;
+  double boundary_work = 0., absorbed = 0.;
+  double tool_work = 0.; ///< mode dem: force times the way of the particles; else force times the way of the tool
+
+  double work() const { return tool_work + boundary_work; }
+  double used() const { return kinetic + finite_step + elastic + coupling + damping + friction + released + absorbed; }
+  /// What is missing in the balance. Closes for particles alone; the overlap and finite elements are not counted to this
+  /// accuracy.
+  double residual() const { return used() - work(); }
 };
 
 /// Mean force of the rock on the tool since the last call [N].
@@ -87,13 +96,15 @@ private:
   std::unique_ptr<Constraint> constraint;
   ParticleBoundary boundary;
   Tool cutter;
+  OuterWork tool_work, boundary_work, absorbing_work; // on particles
+  ForceCatcher tool_forces;
 
   std::int64_t n_steps = 0;
   double now = 0.;
   double local_coupling_energy = 0.;
   Tool::Load local_impulse; // time integral of the tool's load since the last take_tool_force()
   double impulse_duration = 0.;
-  double local_tool_work = 0., last_power = 0.;
+  double local_tool_work = 0., last_power = 0.; // over the way of the tool [J], [W]
   std::vector<ActivationEvent> activation_events;
   StepTimer clock;
 };
@@ -108,6 +119,9 @@ struct StableSteps
 
 /// Limits for a mode: the smaller of the sides that take part, lowered by the penalty, omega^2 dt^2 + beta <= 4.
 StableSteps stable_steps(const Case &settings, Mode mode, const fem::FemSide &fem, const dem::Packing &packing);
+
+/// What the particle side of a case is set up with.
+dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
 
 /// Density of a particle: rock density / solid fraction, so that both sides have the same mass [kg/m^3].
 double particle_density(const Case &settings, const dem::Packing &packing);

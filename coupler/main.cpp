@@ -9,6 +9,7 @@
 #include <functional>
 #include <iostream>
 #include <mpi.h>
+#include <stdexcept>
 
 namespace
 {
@@ -32,10 +33,32 @@ void draw_figures(const std::string &directory)
       std::system(("/usr/bin/python3 " KERF_FIGURES_SCRIPT " " + quoted).c_str()) != 0)
     std::cerr << "figures were not drawn; try: /usr/bin/python3 " << KERF_FIGURES_SCRIPT << " " << quoted << std::endl;
 }
+
+/// LIGGGHTS reads its own arguments. Its errors end the program; those of the rock bond come on all ranks alike.
+int liggghts(int argc, char **argv)
+{
+  MPI_Init(&argc, &argv);
+  int rank = 0, code = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  try
+  {
+    code = kerf::run_liggghts(argc, argv, MPI_COMM_WORLD);
+  }
+  catch (const std::exception &error)
+  {
+    if (rank == 0)
+      std::cerr << "kerf: " << error.what() << std::endl;
+    code = dynamic_cast<const std::invalid_argument *>(&error) != nullptr ? 2 : 3;
+  }
+  MPI_Finalize();
+  return code;
+}
 } // namespace
 
 int main(int argc, char **argv)
 {
+  if (argc > 1 && std::string(argv[1]) == "liggghts")
+    return liggghts(argc - 1, argv + 1);
   CLI::App app("kerf: adaptive coupling of discrete and finite elements for rock cutting");
   kerf::RunOptions options;
   std::string mode;
@@ -53,6 +76,11 @@ int main(int argc, char **argv)
     app.add_subcommand("calibrate", "finds bond stiffnesses and strengths that give the rock's E, nu, UCS and "
                                     "Brazilian strength; writes them into the store");
   add_case_options(*calibrate, options, mode, false);
+  CLI::App *write = app.add_subcommand("export", "writes a case in mode dem as LIGGGHTS script with its data");
+  add_case_options(*write, options, mode, false);
+  write->add_option("--output", options.output, "directory (default: results/<case>_liggghts)");
+  write->add_flag("--overwrite", options.overwrite, "replaces the script that the directory holds");
+  app.add_subcommand("liggghts", "runs a LIGGGHTS input script with the rock bond: -in FILE and LIGGGHTS' other options");
   CLI::App *params = app.add_subcommand("params", "prints the reference of all parameters");
   app.require_subcommand(0, 1);
   try
@@ -87,6 +115,8 @@ int main(int argc, char **argv)
       code = kerf::pack_case(options, MPI_COMM_WORLD);
     else if (*calibrate)
       code = kerf::calibrate_case(options, MPI_COMM_WORLD);
+    else if (*write)
+      code = kerf::export_case(options, MPI_COMM_WORLD);
     else if (*run)
     {
       code = kerf::run_case(options, MPI_COMM_WORLD);

@@ -231,6 +231,11 @@ private:
          << model->overlap().n_converted();
     if (gauge)
       text << '\n' << specimen_text(scene.settings, record.result(scene.settings.dim()));
+    if (mode == Mode::dem)
+    {
+      const EnergyLedger energy = model->energies();
+      text << "\nenergy balance: work of tool and boundary " << energy.work() << " J, residual " << energy.residual() << " J";
+    }
     console.message(text.str());
   }
 

@@ -55,18 +55,6 @@ void check(const Settings &s)
   if (!error.str().empty())
     throw std::invalid_argument("particles: " + error.str().substr(0, error.str().size() - 2));
 }
-
-/// Largest distance / sum of radii at which a bonded pair must stay in the neighbour lists.
-double list_reach(const Settings &s)
-{
-  const Packing &p = *s.packing;
-  // What an intact bond can be stretched, with room; unbreakable bonds of tests get a share of the diameter.
-  const double stretch = std::clamp(1.5 * s.bond.R_n / s.bond.k_n, 0.03 * p.mean_diameter, 0.2 * p.mean_diameter);
-  double reach = 1.03;
-  for (const auto &[a, b] : p.bonds)
-    reach = std::max(reach, ((p.positions.col(a) - p.positions.col(b)).norm() + stretch) / (p.radii[a] + p.radii[b]));
-  return reach;
-}
 } // namespace
 
 /// The LIGGGHTS instance and what is known of the whole set of particles on every rank.
@@ -122,7 +110,7 @@ DemSide::Engine::Engine(const Settings &s)
           flat ? -half_thickness : lower.z(), ' ', flat ? half_thickness : upper.z(), " units box");
   command(*lmp, "create_box 1 domain");
   command(*lmp, "neighbor ", 0.25 * packing.mean_diameter, " bin");
-  command(*lmp, "neigh_modify delay 0 every 1 check yes contact_distance_factor ", list_reach(s));
+  command(*lmp, "neigh_modify delay 0 every 1 check yes contact_distance_factor ", list_reach(packing, s.bond));
   style = RockBondStyle::install(*lmp, {&packing, &stored_bonds, s.bond, s.time_step, s.local_damping});
   command(*lmp, "timestep ", s.time_step);
   command(*lmp, "fix motion all nve/sphere");
@@ -390,21 +378,7 @@ Energies DemSide::energies() const
 {
   Engine &e = *engine;
   e.require_set_up("energies()");
-  const LAMMPS_NS::Atom &atom = *e.lmp->atom;
-  const double inertia_factor = e.packing.dim == 2 ? 0.5 : 0.4; // of a disc, a sphere: J = factor m r^2
-  Energies sum;
-  for (int i = 0; i < atom.nlocal; ++i)
-    sum.kinetic +=
-      0.5 * atom.rmass[i] *
-      (Eigen::Map<const Eigen::Vector3d>(atom.v[i]).squaredNorm() +
-       inertia_factor * atom.radius[i] * atom.radius[i] * Eigen::Map<const Eigen::Vector3d>(atom.omega[i]).squaredNorm());
-  sum.elastic = e.n_active > 0 ? e.style->elastic_energy() : 0.;
-  sum.damping = e.style->dissipation.damping;
-  sum.friction = e.style->dissipation.friction;
-  sum.released = e.style->dissipation.released;
-  static_assert(sizeof(Energies) == 5 * sizeof(double));
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 5, MPI_DOUBLE, MPI_SUM, e.lmp->world);
-  return sum;
+  return e.style->energies();
 }
 
 std::vector<double> DemSide::damage() const

@@ -96,7 +96,10 @@ struct ActiveBond
 
 struct Energies
 {
-  double kinetic = 0.;  ///< translation and rotation, weighted masses [J]
+  double kinetic = 0.; ///< translation and rotation, weighted masses [J]
+  /// What a finite step adds to it: m/2 v^{n-1/2} v^{n+1/2} = m/2 v^n v^n - dt^2/8 F^2/m, likewise for rotations [J]. Their sum
+  /// grows by exactly the work of all forces by the trapezoidal rule, so balances of energy hold with it.
+  double finite_step = 0.;
   double elastic = 0.;  ///< bonds and contacts, weighted [J]
   double damping = 0.;  ///< dissipated by contact and local damping since the start [J]
   double friction = 0.; ///< dissipated by sliding since the start [J]

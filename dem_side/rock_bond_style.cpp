@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/rock_bond_style.h"
 
+#include "dem_side/rock_bond_line.h"
 #include "dem_side/rock_bond_loop.h"
+#include "dem_side/script_fixes.h"
 
 // contact_models.h uses what the first one declares.
 #include <comm.h>
@@ -10,9 +12,12 @@
 #include <contact_models.h>
 #include <domain.h>
 #include <fix_property_atom.h>
+#include <force.h>
 #include <input.h>
+#include <iterator>
 #include <modify.h>
 #include <neighbor.h>
+#include <sstream>
 #include <stdexcept>
 #include <update.h>
 
@@ -23,9 +28,20 @@ namespace
 constexpr const char *model_name = "kerf_rock_bond";
 constexpr int model_id = 42; // of the normal models; LIGGGHTS' own end at 9, six bits are there
 
-// LIGGGHTS makes the style itself, out of an input line that cannot carry these.
+// LIGGGHTS makes the style itself, out of an input line that cannot carry these; nullptr when a script names the style.
 const RockBondParameters *parameters_to_install = nullptr;
 RockBondStyle *installed = nullptr;
+
+/// Not an input line, which would overwrite the words of the one that is being read.
+void add_fix(LAMMPS_NS::LAMMPS &lmp, const std::string &line)
+{
+  std::istringstream stream(line);
+  std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
+  std::vector<char *> pointers;
+  for (std::string &word : words)
+    pointers.push_back(word.data());
+  lmp.modify->add_fix(static_cast<int>(pointers.size()), pointers.data());
+}
 
 LAMMPS_NS::FixPropertyAtom *find_property(LAMMPS_NS::LAMMPS &lmp, const char *name)
 {
@@ -35,7 +51,26 @@ LAMMPS_NS::FixPropertyAtom *find_property(LAMMPS_NS::LAMMPS &lmp, const char *na
 }
 } // namespace
 
-RockBondStyle *RockBondStyle::install(LAMMPS_NS::LAMMPS &lmp, const RockBondParameters &parameters)
+double list_reach(const Packing &packing, const BondParameters &bond)
+{
+  // What an intact bond can be stretched, with room; unbreakable bonds of tests get a share of the diameter.
+  const double stretch = std::clamp(1.5 * bond.R_n / bond.k_n, 0.03 * packing.mean_diameter, 0.2 * packing.mean_diameter);
+  double reach = 1.03;
+  for (const auto &[a, b] : packing.bonds)
+    reach = std::max(reach, ((packing.positions.col(a) - packing.positions.col(b)).norm() + stretch) /
+                              (packing.radii[a] + packing.radii[b]));
+  return reach;
+}
+
+struct RockBondStyle::OwnStore
+{
+  explicit OwnStore(Packing packing) : packing(std::move(packing)), bonds(this->packing) {}
+  const Packing packing;
+  const StoredBonds bonds;
+  double reach = 0.; // list_reach()
+};
+
+void RockBondStyle::register_with(LAMMPS_NS::LAMMPS &lmp)
 {
   static const bool registered = []
   {
@@ -48,11 +83,12 @@ RockBondStyle *RockBondStyle::install(LAMMPS_NS::LAMMPS &lmp, const RockBondPara
     return true;
   }();
   (void)registered;
+  RockBondFix::register_with(lmp);
+}
 
-  // Moved with the particles; the first two reach ghosts, too (refresh_ghosts()).
-  lmp.input->one("fix rotation all property/atom rotation vector no yes no 1. 0. 0. 0.");
-  lmp.input->one("fix weight all property/atom weight scalar no yes no 1.");
-  lmp.input->one("fix broken all property/atom broken scalar no no no 0.");
+RockBondStyle *RockBondStyle::install(LAMMPS_NS::LAMMPS &lmp, const RockBondParameters &parameters)
+{
+  register_with(lmp);
   parameters_to_install = &parameters;
   lmp.input->one((std::string("pair_style gran model ") + model_name).c_str());
   lmp.input->one("pair_coeff * *");
@@ -60,29 +96,133 @@ RockBondStyle *RockBondStyle::install(LAMMPS_NS::LAMMPS &lmp, const RockBondPara
   return installed;
 }
 
+RockBondStyle *RockBondStyle::of(LAMMPS_NS::LAMMPS &lmp)
+{
+  // The pair style hides the model it runs; a script can only have one.
+  const auto *gran = dynamic_cast<LAMMPS_NS::PairGran *>(lmp.force->pair);
+  return gran != nullptr && installed != nullptr && &installed->gran == gran ? installed : nullptr;
+}
+
 LIGGGHTS::PairStyles::IGranularPairStyle *RockBondStyle::create(LAMMPS_NS::LAMMPS *lmp, LAMMPS_NS::PairGran *gran,
                                                                 std::int64_t hash)
 {
+  if (lmp->domain->box_exist == 0)
+    throw std::invalid_argument("pair_style gran model kerf_rock_bond must come after the box (read_data or create_box)");
+  // Moved with the particles; the first two reach ghosts, too (refresh_ghosts()).
+  if (lmp->modify->find_fix("kerf_rotation") < 0)
+  {
+    add_fix(*lmp, "kerf_rotation all property/atom kerf_rotation vector no yes no 1. 0. 0. 0.");
+    add_fix(*lmp, "kerf_weight all property/atom kerf_weight scalar no yes no 1.");
+    add_fix(*lmp, "kerf_broken all property/atom kerf_broken scalar no no no 0.");
+    if (parameters_to_install == nullptr)
+      add_fix(*lmp, "rock_bond all kerf/rock_bond");
+  }
+  const RockBondParameters of_script;
+  const RockBondParameters &parameters = parameters_to_install != nullptr ? *parameters_to_install : of_script;
   if (lmp->domain->dimension == 2)
-    installed = new RockBondLoop<2>(*lmp, *gran, hash, *parameters_to_install);
+    installed = new RockBondLoop<2>(*lmp, *gran, hash, parameters);
   else
-    installed = new RockBondLoop<3>(*lmp, *gran, hash, *parameters_to_install);
+    installed = new RockBondLoop<3>(*lmp, *gran, hash, parameters);
   return installed;
 }
 
 RockBondStyle::RockBondStyle(LAMMPS_NS::LAMMPS &lmp, LAMMPS_NS::PairGran &gran, std::int64_t hash,
                              const RockBondParameters &parameters)
-  : lmp(lmp), gran(gran), hash(hash), parameters(parameters), rotations(find_property(lmp, "rotation")),
-    weights(find_property(lmp, "weight")), broken_counts(find_property(lmp, "broken"))
+  : lmp(lmp), gran(gran), hash(hash), parameters(parameters), rotations(find_property(lmp, "kerf_rotation")),
+    weights(find_property(lmp, "kerf_weight")), broken_counts(find_property(lmp, "kerf_broken"))
 {
 }
 
-void RockBondStyle::settings(int, char **, LIGGGHTS::IContactHistorySetup *history)
+RockBondStyle::~RockBondStyle()
 {
+  if (installed == this)
+    installed = nullptr;
+}
+
+void RockBondStyle::settings(int n_words, char **words, LIGGGHTS::IContactHistorySetup *history)
+{
+  if (parameters_to_install == nullptr)
+  {
+    const RockBondLine line = parse_rock_bond_line(n_words, words);
+    parameters.bond = line.bond;
+    parameters.local_damping = line.local_damping;
+    take_store(line.store);
+  }
   history->add_history_value("state", "0");
   history->add_history_value("rest_length", "0");
   for (const char *component : {"x", "y", "z"})
     history->add_history_value(component, "1");
+}
+
+/// The store of a script; its bonds are created in the first force computation.
+void RockBondStyle::take_store(const std::string &path)
+{
+  Packing packing;
+  std::string wrong;
+  if (!path.empty())
+  {
+    try
+    {
+      packing = load_packing(path);
+      if (packing.dim != lmp.domain->dimension)
+        wrong = path + " holds a packing of dimension " + std::to_string(packing.dim) + ", the script has dimension " +
+                std::to_string(lmp.domain->dimension);
+    }
+    catch (const std::exception &error)
+    {
+      wrong = error.what();
+    }
+  }
+  int failed = !wrong.empty(), failed_anywhere = 0;
+  MPI_Allreduce(&failed, &failed_anywhere, 1, MPI_INT, MPI_MAX, lmp.world);
+  if (failed_anywhere)
+    throw std::invalid_argument("pair_style gran model kerf_rock_bond: store: " +
+                                (wrong.empty() ? path + " could not be read on another rank" : wrong));
+  own_store = std::make_unique<OwnStore>(std::move(packing));
+  parameters.packing = &own_store->packing;
+  parameters.stored_bonds = &own_store->bonds;
+  fresh.assign(own_store->packing.bonds.empty() ? 0 : own_store->packing.size(), 1);
+  own_store->reach = own_store->packing.bonds.empty() ? 1. : list_reach(own_store->packing, parameters.bond);
+  double &factor = lmp.neighbor->contactDistanceFactor;
+  factor = std::max(factor, own_store->reach);
+}
+
+void RockBondStyle::init_granular()
+{
+  if (own_store == nullptr)
+    return;
+  parameters.time_step = lmp.update->dt;
+  if (lmp.neighbor->contactDistanceFactor < own_store->reach)
+  {
+    std::ostringstream text;
+    text << "neigh_modify contact_distance_factor " << lmp.neighbor->contactDistanceFactor
+         << " would lose bonds of kerf_rock_bond, give at least " << own_store->reach << " or leave it out";
+    throw std::invalid_argument(text.str());
+  }
+}
+
+void RockBondStyle::write_restart_settings(FILE *)
+{
+  throw std::invalid_argument("write_restart: the state of kerf_rock_bond cannot be written to a restart file");
+}
+
+/// All bonds of the store between particles that exist must have been made.
+void RockBondStyle::check_bonds_of_script() const
+{
+  const Packing &packing = *parameters.packing;
+  std::vector<char> here(packing.size(), 0), exists(packing.size(), 0);
+  for (int i = 0; i < lmp.atom->nlocal; ++i)
+    if (lmp.atom->tag[i] <= packing.size())
+      here[lmp.atom->tag[i] - 1] = 1;
+  MPI_Allreduce(here.data(), exists.data(), packing.size(), MPI_CHAR, MPI_MAX, lmp.world);
+  std::int64_t expected = 0;
+  for (const auto &[a, b] : packing.bonds)
+    expected += exists[a] && exists[b];
+  if (bond_ends_made != 2 * expected)
+    throw std::invalid_argument("pair_style gran model kerf_rock_bond: only " + std::to_string(bond_ends_made / 2) + " of " +
+                                std::to_string(expected) +
+                                " bonds of the store could be made: the particles of the script are not at their places in the "
+                                "store (tag = index + 1)");
 }
 
 double *RockBondStyle::rotation() const
@@ -139,7 +279,11 @@ void RockBondStyle::compute_force(LAMMPS_NS::PairGran *, int, int, int)
   if (step)
     ++steps;
   if (!fresh.empty())
+  {
     create_bonds();
+    if (own_store != nullptr)
+      check_bonds_of_script();
+  }
 
   pair_forces(step);
   if (hook && *hook)
@@ -147,7 +291,16 @@ void RockBondStyle::compute_force(LAMMPS_NS::PairGran *, int, int, int)
     Particles local = particles();
     (*hook)(step ? Phase::step : Phase::setup, local);
   }
+  if (own_store == nullptr)
+    damp_all(step);
+}
+
+void RockBondStyle::damp_all(bool step)
+{
+  const double before = dissipation.damping;
   damp(step);
+  if (step)
+    damping_ahead = 0.5 * (dissipation.damping - before);
 }
 
 /// After particles changed rank or place: what LIGGGHTS does not send to the ghosts by itself. In between, every rank turns
@@ -189,7 +342,7 @@ void RockBondStyle::create_bonds()
     [&](int i, int j, PairHistory &history, int &flag)
     {
       const int a = tag[i] - 1, b = tag[j] - 1;
-      if (!(fresh[a] || fresh[b]) || !parameters.stored_bonds->bonded(a, b))
+      if (std::max(a, b) >= packing.size() || !(fresh[a] || fresh[b]) || !parameters.stored_bonds->bonded(a, b))
         return;
       const Eigen::Vector3d stored = packing.positions.col(b) - packing.positions.col(a);
       history.state = PairHistory::intact;
@@ -226,5 +379,27 @@ std::int64_t RockBondStyle::intact_bond_ends() const
         ends += j < n_local ? 2 : 1;
     });
   return ends;
+}
+
+Energies RockBondStyle::energies()
+{
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  const double inertia_factor = lmp.domain->dimension == 2 ? 0.5 : 0.4; // of a disc, a sphere: J = factor m r^2
+  const auto square = [](const double *v) { return Eigen::Map<const Eigen::Vector3d>(v).squaredNorm(); };
+  Energies sum;
+  for (int i = 0; i < atom.nlocal; ++i)
+  {
+    const double mass = atom.rmass[i], inertia = inertia_factor * mass * atom.radius[i] * atom.radius[i];
+    sum.kinetic += 0.5 * (mass * square(atom.v[i]) + inertia * square(atom.omega[i]));
+    sum.finite_step += square(atom.f[i]) / mass + square(atom.torque[i]) / inertia;
+  }
+  sum.finite_step *= -parameters.time_step * parameters.time_step / 8.;
+  sum.elastic = lmp.atom->natoms > 0 ? elastic_energy() : 0.;
+  sum.damping = dissipation.damping - damping_ahead;
+  sum.friction = dissipation.friction;
+  sum.released = dissipation.released;
+  static_assert(sizeof(Energies) == 6 * sizeof(double));
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 6, MPI_DOUBLE, MPI_SUM, lmp.world);
+  return sum;
 }
 } // namespace kerf::dem

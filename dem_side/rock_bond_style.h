@@ -39,13 +39,21 @@ struct RockBondParameters
   double local_damping = 0.; // [-]
 };
 
+/// Largest distance / sum of radii at which a bonded pair must stay in the neighbour lists.
+double list_reach(const Packing &packing, const BondParameters &bond);
+
 /// The rock bond as a granular pair style of LIGGGHTS: all pair forces of a step, then the force hook. The parts that depend on
-/// the dimension are in RockBondLoop.
+/// the dimension are in RockBondLoop. A script names it and gives its parameters (parse_rock_bond_line()); its particles are
+/// those of the store by tag = index + 1, others have no bonds.
 class RockBondStyle : public LIGGGHTS::PairStyles::IGranularPairStyle
 {
 public:
   /// Makes the rock bond the pair style of @p lmp, whose box exists already.
   static RockBondStyle *install(LAMMPS_NS::LAMMPS &lmp, const RockBondParameters &parameters);
+  /// Makes the model and the fixes it needs known to LIGGGHTS; done by install().
+  static void register_with(LAMMPS_NS::LAMMPS &lmp);
+  /// The rock bond of @p lmp, or nullptr when its script uses none.
+  static RockBondStyle *of(LAMMPS_NS::LAMMPS &lmp);
 
   const ForceHook *hook = nullptr; ///< called in every force computation
   std::vector<char> fresh;         ///< by index: inserted, its bonds are not created yet. Empty: nothing to create
@@ -64,11 +72,15 @@ public:
   std::int64_t intact_bond_ends() const; ///< of this rank: 2 for a bond inside, 1 for one across ranks
   virtual std::vector<ActiveBond> bonds() = 0;
   virtual double elastic_energy() = 0; ///< of this rank [J]
+  Energies energies();                 ///< of all ranks. Collective
+
+  /// Local damping acts on the sum of all forces: in a script after the last fix that changes forces.
+  void damp_all(bool step);
 
   // What LIGGGHTS calls.
-  void settings(int, char **, LIGGGHTS::IContactHistorySetup *history) override;
-  void init_granular() override {}
-  void write_restart_settings(FILE *) override {}
+  void settings(int n_words, char **words, LIGGGHTS::IContactHistorySetup *history) override;
+  void init_granular() override;
+  void write_restart_settings(FILE *) override;
   void read_restart_settings(FILE *, std::int64_t) override {}
   void compute_force(LAMMPS_NS::PairGran *pair, int eflag, int vflag, int addflag) override;
   int get_history_offset(const std::string) override { return -1; }
@@ -78,6 +90,7 @@ public:
 
 protected:
   RockBondStyle(LAMMPS_NS::LAMMPS &lmp, LAMMPS_NS::PairGran &gran, std::int64_t hash, const RockBondParameters &parameters);
+  ~RockBondStyle() override;
 
   /// Pair forces into LIGGGHTS' arrays. @param step false: forces at the present state, nothing turns, slides or breaks.
   virtual void pair_forces(bool step) = 0;
@@ -95,17 +108,24 @@ protected:
   LAMMPS_NS::LAMMPS &lmp;
   LAMMPS_NS::PairGran &gran;
   const std::int64_t hash;
-  const RockBondParameters parameters;
+  RockBondParameters parameters;
 
 private:
+  /// The store of a script.
+  struct OwnStore;
+
   static LIGGGHTS::PairStyles::IGranularPairStyle *create(LAMMPS_NS::LAMMPS *, LAMMPS_NS::PairGran *, std::int64_t hash);
   void refresh_ghosts();
   void check_intact_bonds();
   void create_bonds();
+  void take_store(const std::string &path);
+  void check_bonds_of_script() const;
 
+  std::unique_ptr<OwnStore> own_store; // only in a script
   LAMMPS_NS::FixPropertyAtom *rotations, *weights, *broken_counts;
   std::vector<int> index;              ///< in the packing, of the local particles
   std::int64_t bond_ends_at_build = 0; ///< of intact bonds over all ranks
+  double damping_ahead = 0.;           ///< counted in dissipation for the way to the next positions [J]
   std::int64_t bond_ends_failed = 0;   ///< of this rank, since the lists were built
 };
 } // namespace kerf::dem

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/outer_work.h"
+
+#include <unordered_map>
+
+namespace kerf
+{
+using Eigen::Vector3d;
+
+double OuterWork::half_way(const dem::Particles &particles, const Load &load) const
+{
+  return 0.5 * dt *
+         (load.force.dot(particles.velocity.col(load.slot)) + load.torque.dot(particles.angular_velocity.col(load.slot)));
+}
+
+void OuterWork::begin(dem::Phase phase, const dem::Particles &particles)
+{
+  stepping = phase == dem::Phase::step;
+  if (particles.order != order)
+  {
+    if (stepping)
+      follow_moved(particles);
+    order = particles.order;
+  }
+  if (stepping) // forces of a setup take the place of those before
+    for (const Load &load : loads)
+      sum += half_way(particles, load);
+  loads.clear();
+}
+
+void OuterWork::add(const dem::Particles &particles, int i, const Vector3d &force, const Vector3d &torque)
+{
+  loads.push_back({i, particles.index[i], force, torque});
+  if (stepping)
+    sum += half_way(particles, loads.back());
+}
+
+void OuterWork::follow_moved(const dem::Particles &particles)
+{
+  constexpr int size = 7; // index, force, torque
+  std::vector<double> mine;
+  for (const Load &load : loads)
+  {
+    mine.push_back(load.index);
+    mine.insert(mine.end(), load.force.data(), load.force.data() + 3);
+    mine.insert(mine.end(), load.torque.data(), load.torque.data() + 3);
+  }
+  int n_ranks = 1;
+  MPI_Comm_size(comm, &n_ranks);
+  std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
+  const int n = static_cast<int>(mine.size());
+  MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  for (int r = 1; r < n_ranks; ++r)
+    offsets[r] = offsets[r - 1] + counts[r - 1];
+  std::vector<double> all(offsets.back() + counts.back());
+  MPI_Allgatherv(mine.data(), n, MPI_DOUBLE, all.data(), counts.data(), offsets.data(), MPI_DOUBLE, comm);
+
+  std::unordered_map<int, const double *> by_index;
+  for (std::size_t k = 0; k < all.size(); k += size)
+    by_index[static_cast<int>(all[k])] = &all[k];
+  loads.clear();
+  for (int i = 0; i < particles.n; ++i)
+    if (const auto found = by_index.find(particles.index[i]); found != by_index.end())
+      loads.push_back(
+        {i, particles.index[i], Eigen::Map<const Vector3d>(found->second + 1), Eigen::Map<const Vector3d>(found->second + 4)});
+}
+
+dem::Particles &ForceCatcher::catch_forces(const dem::Particles &particles)
+{
+  if (force.cols() != particles.n)
+  {
+    force.setZero(3, particles.n);
+    torque.setZero(3, particles.n);
+  }
+  const auto map = [&](dem::Vectors &vectors, const double *data)
+  { new (&vectors) dem::Vectors(const_cast<double *>(data), 3, particles.n); };
+  map(caught.position, particles.position.data());
+  map(caught.velocity, particles.velocity.data());
+  map(caught.angular_velocity, particles.angular_velocity.data());
+  map(caught.force, force.data());
+  map(caught.torque, torque.data());
+  caught.n = particles.n;
+  caught.index = particles.index;
+  caught.mass = particles.mass;
+  caught.radius = particles.radius;
+  caught.weight = particles.weight;
+  caught.rotation = particles.rotation;
+  caught.order = particles.order;
+  return caught;
+}
+
+void ForceCatcher::release(dem::Particles &particles, OuterWork &work)
+{
+  for (int i = 0; i < particles.n; ++i)
+  {
+    if ((force.col(i).array() == 0.).all() && (torque.col(i).array() == 0.).all())
+      continue;
+    particles.force.col(i) += force.col(i);
+    particles.torque.col(i) += torque.col(i);
+    work.add(particles, i, force.col(i), torque.col(i));
+    force.col(i).setZero();
+    torque.col(i).setZero();
+  }
+}
+} // namespace kerf

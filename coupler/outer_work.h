@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "dem_side/dem_side.h"
+
+#include <mpi.h>
+#include <vector>
+
+namespace kerf
+{
+/// Work of forces that the coupler adds to particles: the trapezoidal rule over each step, force at its two ends times the
+/// displacement between them. That is the measure in which velocity Verlet balances energy: the gain of
+/// m/2 v^{n-1/2} v^{n+1/2} is exactly the work of all forces in it.
+class OuterWork
+{
+public:
+  OuterWork(double dt, MPI_Comm comm) : dt(dt), comm(comm) {}
+
+  /// Before the forces of a step (or of a setup) are added. Counts the forces of the step before over the way to the present
+  /// positions. Collective when particles changed rank.
+  void begin(dem::Phase phase, const dem::Particles &particles);
+  /// Force [N] and torque [N m] that particle @p i gets now; call before its velocity is changed.
+  void add(const dem::Particles &particles, int i, const Eigen::Vector3d &force, const Eigen::Vector3d &torque);
+  /// Energy that reaches particles at once [J].
+  void add_energy(double energy) { sum += energy; }
+
+  double local() const { return sum; } ///< of this rank [J]
+
+private:
+  struct Load
+  {
+    int slot = -1, index = -1;
+    Eigen::Vector3d force, torque;
+  };
+  double half_way(const dem::Particles &particles, const Load &load) const;
+  void follow_moved(const dem::Particles &particles);
+
+  double dt;
+  MPI_Comm comm;
+  bool stepping = false;
+  std::uint64_t order = 0;
+  std::vector<Load> loads; // of the present step
+  double sum = 0.;
+};
+
+/// Particles whose forces go to arrays of their own, to see what one source adds.
+class ForceCatcher
+{
+public:
+  /// The particles with zero forces; valid until the next call.
+  dem::Particles &catch_forces(const dem::Particles &particles);
+  /// Adds what was caught to @p particles and to @p work.
+  void release(dem::Particles &particles, OuterWork &work);
+
+private:
+  Eigen::Matrix3Xd force, torque;
+  dem::Particles caught;
+};
+} // namespace kerf
