@@ -106,8 +106,8 @@ private:
     out << "# Bonds come from the store (particle = tag - 1); k in N/m, R in N" << (flat ? ", per metre" : "") << "\n"
         << "pair_style    gran model kerf_rock_bond &\n"
         << "              k_n " << bond.k_n << " k_t " << bond.k_t << " R_n " << bond.R_n << " R_t " << bond.R_t << " &\n"
-        << "              friction " << bond.friction << " damping " << bond.damping << " local_damping "
-        << c.settings.local_damping << " &\n"
+        << "              shear_friction " << bond.shear_friction << " friction " << bond.friction << " damping "
+        << bond.damping << " local_damping " << c.settings.local_damping << " &\n"
         << "              store " << store << "\n"
         << "pair_coeff    * *\n"
         << "timestep      " << c.particles.time_step << "\n\n";
@@ -115,9 +115,15 @@ private:
 
   void write_outer_forces(std::ostream &out) const
   {
+    const Case::Tool &tool = c.settings.tool;
     if (!c.tool_case.empty())
+    {
       out << "# The tool of case.prm (section Tool). f_tool[1..3]: force of the rock on it, f_tool[4]: its power\n"
-          << "fix           tool all kerf/tool case " << c.tool_case << " k_n " << c.settings.bond.k_n << "\n\n";
+          << "fix           tool all kerf/tool case " << c.tool_case << " k_n " << c.settings.bond.k_n;
+      if (tool.kind == Case::ToolKind::platens)
+        out << " platens " << tool.lower << ' ' << tool.upper;
+      out << "\n\n";
+    }
     int n = 0;
     for (std::size_t t = 1; t < types.size(); ++t)
       for (const ParticleBoundary::Dashpot &dashpot : types[t].dashpots)
@@ -248,7 +254,7 @@ int export_case(const RunOptions &options, MPI_Comm comm)
   std::ofstream echo(directory + "/case.prm");
   write_used_parameters(options.case_directory, options.overrides, echo);
   const ParticleBoundary boundary(scene.fem->mesh(), settings.rock, settings.boundary_conditions, scene.packing);
-  const Tool tool(settings.tool, scene.settings.bond.k_n, scene.packing.mean_diameter, settings.rock.density, comm);
+  const Tool tool(scene.settings.tool, scene.settings.bond.k_n, scene.packing.mean_diameter, settings.rock.density, comm);
   write_script({scene.settings, scene.packing, boundary, particle_settings(scene.settings, scene.packing, scene.dt, comm),
                 std::max<std::int64_t>(1, std::llround(std::ceil(settings.end_time / scene.dt - 1e-9))),
                 tool.present() ? "." : ""},

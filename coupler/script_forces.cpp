@@ -123,11 +123,16 @@ private:
 
 std::unique_ptr<dem::ScriptForce> make_tool(const std::vector<std::string> &arguments, MPI_Comm comm)
 {
-  Words words(arguments, "'case DIRECTORY k_n STIFFNESS'");
-  const std::string directory = words.text("case");
+  Words words(arguments, "'case DIRECTORY k_n STIFFNESS', and for platens their faces at the start 'platens LOWER UPPER'");
+  Case::Tool settings = read_case(words.text("case"), {}).tool;
   const double k_n = words.not_negative("k_n");
+  if (settings.kind == Case::ToolKind::platens)
+  {
+    settings.lower = words.number("platens");
+    settings.upper = words.number();
+  }
   words.end();
-  return std::make_unique<ToolForce>(read_case(directory, {}).tool, k_n, comm);
+  return std::make_unique<ToolForce>(settings, k_n, comm);
 }
 
 class DashpotForce final : public dem::ScriptForce

@@ -100,6 +100,49 @@ TEST(FemMesh, BoundaryIdsOfTheBox)
   EXPECT_EQ(count[3], 4);
 }
 
+// The rim is a polygon with its corners on the circle: of n edges, area pi R^2 (1 - 2 pi^2/(3 n^2)) to leading order.
+TEST(FemMesh, DiscAndCylinder)
+{
+  const double radius = 0.25, height = 0.3;
+  for (const int dim : {2, 3})
+  {
+    Settings settings = box({0.6, 0.6, 0.}, 0.02);
+    settings.dim = dim;
+    settings.mesh.shape = MeshShape::disc;
+    settings.mesh.lower = {0.1, 0.1, -0.1};
+    settings.mesh.upper = {0.6, 0.6, height - 0.1};
+    const auto side = make_fem_side(settings);
+    const Mesh &mesh = side->mesh();
+    int n_rim = 0;
+    for (const BoundaryFace &face : mesh.boundary)
+    {
+      ASSERT_TRUE(face.id == 0 || (dim == 3 && (face.id == 4 || face.id == 5)));
+      for (int a = 0; a < 1 << (dim - 1); ++a)
+      {
+        const Eigen::Vector3d x = mesh.nodes.col(face.nodes[a]);
+        if (face.id == 0)
+        {
+          EXPECT_NEAR((x - Eigen::Vector3d(0.35, 0.35, x.z())).norm(), radius, 1e-12);
+        }
+        else
+        {
+          EXPECT_NEAR(x.z(), face.id == 4 ? -0.1 : height - 0.1, 1e-12);
+        }
+      }
+      n_rim += face.id == 0;
+    }
+    const int layers = dim == 2 ? 1 : 15;
+    const double n_edges = n_rim / layers, volume = M_PI * radius * radius * (dim == 2 ? 1. : height);
+    EXPECT_GE(n_edges, 2. * M_PI * radius / 0.02);
+    const double missing = 2. * M_PI * M_PI / (3. * n_edges * n_edges);
+    const double mass = side->gather(NodalField::mass).row(0).sum();
+    EXPECT_NEAR(mass / (rock().density * volume), 1. - missing, 0.02 * missing); // next term of the series is far smaller
+  }
+  Settings oval = box({0.6, 0.5, 0.}, 0.02);
+  oval.mesh.shape = MeshShape::disc;
+  EXPECT_THROW(make_fem_side(oval), std::runtime_error);
+}
+
 TEST(FemMesh, EveryCellHasOneOwnerAndRanksShareFairly)
 {
   const auto side = make_fem_side(box({1., 0.7, 0.}, 0.1));
