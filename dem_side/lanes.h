@@ -23,6 +23,9 @@ struct alignas(32) Lanes
   Lanes() = default;
   Lanes(double a) : v{a, a, a, a} {} // implicit: constants mix with lanes
   Lanes(const Vector &v) : v(v) {}
+  // A copy of the whole, else the compiler copies in pieces through memory.
+  Lanes(const Lanes &a) : v(a.v) {}
+  Lanes &operator=(const Lanes &a) { return v = a.v, *this; }
 
   double operator[](int lane) const { return v[lane]; }
   void set(int lane, double a) { v[lane] = a; }

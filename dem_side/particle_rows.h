@@ -97,13 +97,13 @@ template <int dim>
 [[gnu::always_inline]] inline Lanes load_group(const ParticleRow<dim> &row, int number)
 {
   Lanes group;
-  std::memcpy(&group, reinterpret_cast<const char *>(&row) + number * sizeof(Lanes), sizeof(Lanes));
+  std::memcpy(&group.v, reinterpret_cast<const char *>(&row) + number * sizeof(Lanes), sizeof(Lanes));
   return group;
 }
 template <int dim>
 [[gnu::always_inline]] inline void store_group(ParticleRow<dim> &row, int number, const Lanes &group)
 {
-  std::memcpy(reinterpret_cast<char *>(&row) + number * sizeof(Lanes), &group, sizeof(Lanes));
+  std::memcpy(reinterpret_cast<char *>(&row) + number * sizeof(Lanes), &group.v, sizeof(Lanes));
 }
 template <int dim>
 [[gnu::always_inline]] inline std::array<Lanes, 4> gather_group(const ParticleRow<dim> *rows, const LaneRows &index, int number)

@@ -88,7 +88,7 @@ void set_rotation(ParticleRow<3> *rows, int n, Lanes *q)
 {
   transpose(q[0], q[1], q[2], q[3]);
   for (int lane = 0; lane < n; ++lane)
-    std::memcpy(rows[lane].quaternion, q + lane, sizeof(Lanes));
+    std::memcpy(rows[lane].quaternion, &q[lane].v, sizeof(Lanes));
 }
 } // namespace
 
@@ -145,7 +145,7 @@ void RockBondLoop<dim>::load_rows(bool step)
     for (int lane = 0; lane < Lanes::size; ++lane)
     {
       const int i = std::min(begin + lane, n - 1);
-      std::memcpy(&q[lane], rotations + 4 * i, sizeof(Lanes));
+      std::memcpy(&q[lane].v, rotations + 4 * i, sizeof(Lanes));
       const auto omega = spin<dim>(atom.omega[i]);
       for (int c = 0; c < w.size(); ++c)
         w[c].set(lane, omega[c]);
