@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "dem_side/closed_surface.h"
+
 #include <Eigen/Core>
 #include <array>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -45,11 +48,12 @@ struct StrengthCalibration
 struct Packing
 {
   int dim = 2;
-  std::string kind;                      ///< "random" or "triangular"
+  std::string kind;                      ///< as PackingSettings::kind
   unsigned seed = 0;                     ///< of the random packing
   double gap_tolerance = 0.;             ///< pairs closer than gap_tolerance * mean radius are bonded [-]
   double mean_diameter = 0.;             ///< [m]
-  Eigen::Vector3d lower, upper;          ///< box that is filled [m]
+  Eigen::Vector3d lower, upper;          ///< box that is filled, or around the surface that is filled [m]
+  double volume_filled = 0.;             ///< [m^3] (2D: [m^2]); 0: the box
   Eigen::Matrix3Xd positions;            ///< centres [m]
   Eigen::VectorXd radii;                 ///< [m]
   std::vector<std::array<int, 2>> bonds; ///< index pairs, first < second, sorted, no doubles
@@ -58,16 +62,17 @@ struct Packing
 
   int size() const { return static_cast<int>(radii.size()); }
   double volume(int i) const;    ///< pi r^2 (2D) or 4/3 pi r^3 (3D)
-  double solid_fraction() const; ///< volume of the particles / volume of the box
+  double solid_fraction() const; ///< volume of the particles / volume that is filled
   double coordination() const;   ///< bonds a particle, 2 n_bonds / n
 };
 
 struct PackingSettings
 {
-  std::string kind = "random";
+  std::string kind = "random"; ///< or a lattice: "triangular" (2D), "fcc", "hcp" (3D)
   int dim = 2;
   Eigen::Vector3d lower = Eigen::Vector3d::Zero();
   Eigen::Vector3d upper = Eigen::Vector3d::Zero(); ///< box to fill [m]
+  std::shared_ptr<const SurfaceMesh> surface;      ///< closed surface inside the box to fill instead of it
   double mean_diameter = 0.;                       ///< [m]
   double radius_spread = 0.4;                      ///< radii uniform in mean (1 - s, 1 + s) [-]
   double gap_tolerance = 0.1;                      ///< [-]
@@ -77,7 +82,7 @@ struct PackingSettings
 /// Called now and then with the done fraction in [0, 1] and a short text.
 using Progress = std::function<void(double, const std::string &)>;
 
-/// Fills the box; same settings, same packing. Not collective (serial). Throws std::runtime_error with one line.
+/// Fills the box or the surface; same settings, same packing. Not collective (serial). Throws std::runtime_error with one line.
 Packing generate_packing(const PackingSettings &settings, const Progress &progress = {});
 
 /// Bonds every pair with gap < tolerance * mean radius of all particles.

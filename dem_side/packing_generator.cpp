@@ -2,9 +2,8 @@
 #include "dem_side/packing_generator.h"
 
 #include "dem_side/cell_list.h"
-#include "dem_side/soft_packing.h"
+#include "dem_side/compaction.h"
 
-#include <numeric>
 #include <sstream>
 #include <stdexcept>
 
@@ -12,8 +11,63 @@ namespace kerf::dem
 {
 namespace
 {
-constexpr double nominal_fraction = 0.85; ///< at which the mean diameter is met exactly
-constexpr double largest_overlap = 1e-3;  ///< of the finished packing [mean radii]
+constexpr double largest_overlap = 1e-3; ///< between particles of the finished packing [mean radii]
+constexpr double wanted_accuracy = 5e-3; ///< of the mean diameter
+
+void check(const PackingSettings &settings)
+{
+  std::ostringstream error;
+  const bool flat_kind = settings.kind == "triangular", solid_kind = settings.kind == "fcc" || settings.kind == "hcp";
+  if (settings.kind != "random" && !flat_kind && !solid_kind)
+    error << "packing: kind '" << settings.kind << "' is unknown, use random, triangular, fcc or hcp";
+  else if (settings.dim != 2 && settings.dim != 3)
+    error << "packing: there are 2 or 3 dimensions, not " << settings.dim;
+  else if ((flat_kind && settings.dim == 3) || (solid_kind && settings.dim == 2))
+    error << "packing: kind '" << settings.kind << "' is a lattice in " << (flat_kind ? 2 : 3) << " dimensions, not "
+          << settings.dim;
+  else if (!(settings.mean_diameter > 0.) || !std::isfinite(settings.mean_diameter))
+    error << "packing: the mean diameter must be positive, not " << settings.mean_diameter;
+  else if (!(settings.radius_spread >= 0. && settings.radius_spread <= 0.8))
+    error << "packing: the radius spread must be in [0, 0.8], not " << settings.radius_spread;
+  else if (!(settings.gap_tolerance >= 0. && settings.gap_tolerance <= 2.))
+    error << "packing: the gap tolerance must be in [0, 2] mean radii, not " << settings.gap_tolerance;
+  else
+    for (int c = 0; c < settings.dim; ++c)
+    {
+      const double sides = (settings.upper[c] - settings.lower[c]) / settings.mean_diameter;
+      if (!(sides >= 4.) || !(sides <= 1e5))
+      {
+        error << "packing: side "
+              << "xyz"[c] << " of the box is " << sides << " mean diameters long, it must be 4 to 100000";
+        break;
+      }
+    }
+  if (!error.str().empty())
+    throw std::runtime_error(error.str());
+}
+
+/// The settings with the box around their surface, which must lie in the box that was asked for.
+PackingSettings with_surface_box(PackingSettings settings)
+{
+  if (!settings.surface || settings.surface->points.cols() == 0)
+    return settings;
+  const Eigen::Vector3d low = settings.surface->points.rowwise().minCoeff(),
+                        high = settings.surface->points.rowwise().maxCoeff();
+  for (int c = 0; c < settings.dim; ++c)
+  {
+    const double slack = 1e-6 * (settings.upper[c] - settings.lower[c]);
+    if (low[c] < settings.lower[c] - slack || high[c] > settings.upper[c] + slack)
+    {
+      std::ostringstream error;
+      error << "packing: the surface reaches from " << low[c] << " to " << high[c] << " m along "
+            << "xyz"[c] << ", it must be inside of the box from " << settings.lower[c] << " to " << settings.upper[c];
+      throw std::runtime_error(error.str());
+    }
+    settings.lower[c] = low[c];
+    settings.upper[c] = high[c];
+  }
+  return settings;
+}
 
 double mean(const Eigen::VectorXd &values)
 {
@@ -23,45 +77,43 @@ double mean(const Eigen::VectorXd &values)
   return sum / double(values.size());
 }
 
-double distance(const Eigen::Matrix3Xd &positions, int i, int j)
+/// Solid fraction that a jammed packing will have: less along the walls.
+double expected_fraction(const PackingSettings &settings, const Container &container)
 {
-  double square = 0.;
-  for (int c = 0; c < 3; ++c)
-  {
-    const double d = positions(c, j) - positions(c, i);
-    square += d * d;
-  }
-  return std::sqrt(square);
+  const double in_bulk = settings.dim == 2 ? 0.85 : 0.645, lost_layer = settings.dim == 2 ? 0.10 : 0.12; // [diameters]
+  return in_bulk * std::max(0.6, 1. - lost_layer * settings.mean_diameter * container.area() / container.volume());
 }
 
-/// Radii uniform in mean (1 -+ spread) until they fill the nominal fraction of the box.
-std::vector<double> draw_radii(Packing packing, const PackingSettings &settings, std::mt19937_64 &random)
+/// Radii uniform in mean (1 -+ spread) that fill the fraction of the container: the quantiles in random order, so that their
+/// mean and spread do not scatter.
+std::vector<double> draw_radii(const PackingSettings &settings, double space, std::mt19937_64 &random)
 {
-  const double mean_radius = settings.mean_diameter / 2.;
-  double space = nominal_fraction;
-  for (int c = 0; c < packing.dim; ++c)
-    space *= packing.upper[c] - packing.lower[c];
-  std::vector<double> radii;
-  packing.radii.resize(1);
-  while (space > 0.)
-  {
-    radii.push_back(mean_radius * (1. + settings.radius_spread * (2. * uniform(random) - 1.)));
-    packing.radii[0] = radii.back();
-    space -= packing.volume(0);
-  }
+  const double r = settings.mean_diameter / 2., s = settings.radius_spread;
+  const double pi = 3.14159265358979323846;
+  const double mean_volume = settings.dim == 2 ? pi * r * r * (1. + s * s / 3.) : 4. / 3. * pi * r * r * r * (1. + s * s);
+  const int n = std::max(1, static_cast<int>(space / mean_volume + 0.5));
+  std::vector<double> radii(n);
+  for (int i = 0; i < n; ++i)
+    radii[i] = r * (1. + s * ((2. * i + 1.) / n - 1.));
+  for (int i = n - 1; i > 0; --i) // std::shuffle is not the same everywhere
+    std::swap(radii[i], radii[static_cast<int>(uniform(random) * (i + 1))]);
   return radii;
 }
 
-/// Uniformly random points; those close in space get close indices, which the loops over bonds like.
-Eigen::Matrix3Xd draw_positions(const Packing &packing, int n, double mean_radius, std::mt19937_64 &random)
+/// Uniformly random points inside; those close in space get close indices, which the loops over bonds like.
+Eigen::Matrix3Xd draw_positions(const Container &container, int n, double mean_radius, std::mt19937_64 &random)
 {
   Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Zero(3, n);
-  for (int i = 0; i < n; ++i)
-    for (int c = 0; c < packing.dim; ++c)
-    {
-      const double lower = packing.lower[c] + mean_radius, upper = packing.upper[c] - mean_radius;
-      points(c, i) = lower + (upper - lower) * uniform(random);
-    }
+  for (int i = 0, tries = 0; i < n; ++tries)
+  {
+    if (tries > 1000 * n + 10000)
+      throw std::runtime_error("packing: the surface leaves too little room for its particles, use smaller ones");
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    for (int c = 0; c < container.dim(); ++c)
+      x[c] = container.lower()[c] + (container.upper()[c] - container.lower()[c]) * uniform(random);
+    if (container.contains(x) && container.walls(x, 0.5 * mean_radius).empty())
+      points.col(i++) = x;
+  }
   const std::vector<int> order = CellList(points, 4. * mean_radius).sorted();
   Eigen::Matrix3Xd sorted(3, n);
   for (int i = 0; i < n; ++i)
@@ -70,24 +122,30 @@ Eigen::Matrix3Xd draw_positions(const Packing &packing, int n, double mean_radiu
 }
 
 /// Changes the scale until the mean overlap in mechanical equilibrium is small but not zero: just above jamming.
-void approach_jamming(SoftPacking &soft, const std::function<void(double)> &progress)
+void approach_jamming(Compaction &compaction, int steps_a_round, const std::function<void(double)> &progress)
 {
-  const double target = 4e-4;
-  double slope = 1.5; // d (mean overlap / mean radius) / d scale; the secant below learns it
+  const double target = 4e-4, touching = 0.05 * target;
+  double slope = 1.4; // d (mean overlap / mean radius) / d scale; the secant below learns it
   double previous_scale = 0., previous_overlap = 0.;
+  double loose = 0., dense = 1e300; // scales on the two sides of the wanted one
   const int max_rounds = 12;
   for (int round = 0; round < max_rounds; ++round)
   {
     progress(double(round) / max_rounds);
-    soft.minimise(0.02, 4000);
-    const double overlap = soft.mean_overlap(), scale = soft.scale();
+    compaction.minimise(0.05, steps_a_round);
+    const double overlap = compaction.mean_overlap(), scale = compaction.scale();
     if (overlap > 0.5 * target && overlap < 2. * target)
       return;
-    if (previous_overlap > 0. && overlap > 0. && scale != previous_scale)
-      slope = std::clamp((overlap - previous_overlap) / (scale - previous_scale), 0.3, 4.);
+    (overlap < target ? loose : dense) = scale;
+    if (previous_overlap > touching && overlap > touching && scale != previous_scale)
+      slope = std::clamp((overlap - previous_overlap) / (scale - previous_scale), 0.7, 3.);
     previous_scale = scale;
     previous_overlap = overlap;
-    soft.set_scale(std::min(scale - (overlap - target) / slope, SoftPacking::max_scale));
+    // Without contacts there is nothing to extrapolate: a growing step, or the middle when a dense scale is known.
+    double next = overlap > touching ? scale - (overlap - target) / slope : scale * (1. + 2e-3);
+    if (loose > 0. && dense < 1e300 && !(next > loose && next < dense))
+      next = (loose + dense) / 2.;
+    compaction.set_scale(next);
   }
 }
 
@@ -112,172 +170,9 @@ void touch_sides(Packing &packing)
     }
 }
 
-/// Shrinks all radii alike until no overlap is larger than allowed.
-void remove_overlaps(Packing &packing)
-{
-  for (int round = 0; round < 4; ++round)
-  {
-    touch_sides(packing);
-    const double allowed = 0.9 * largest_overlap * mean(packing.radii);
-    double factor = 1.;
-    CellList(packing.positions, 2. * packing.radii.maxCoeff())
-      .for_each_pair(
-        [&](int i, int j)
-        {
-          const double sum = packing.radii[i] + packing.radii[j];
-          factor = std::min(factor, (distance(packing.positions, i, j) + allowed) / sum);
-        });
-    packing.radii *= factor;
-    if (factor == 1.)
-      break;
-  }
-  touch_sides(packing);
-}
-
-/// A particle without hold in its cage (rattler) is moved to the middle of the cage and grown until it touches.
-void hold_rattlers(Packing &packing, double largest_radius)
-{
-  bond_by_gap(packing, 0.02);
-  std::vector<int> holds(packing.size(), 0);
-  for (const auto &[i, j] : packing.bonds)
-  {
-    ++holds[i];
-    ++holds[j];
-  }
-  std::vector<std::vector<int>> cage(packing.size());
-  const double sight = 4. * largest_radius;
-  CellList(packing.positions, sight)
-    .for_each_pair(
-      [&](int i, int j)
-      {
-        if (distance(packing.positions, i, j) >= sight)
-          return;
-        if (holds[i] < 2)
-          cage[i].push_back(j);
-        if (holds[j] < 2)
-          cage[j].push_back(i);
-      });
-
-  for (int i = 0; i < packing.size(); ++i)
-  {
-    if (holds[i] >= 2)
-      continue;
-    Eigen::Vector3d x = packing.positions.col(i);
-    // Free radius at x and the direction away from what limits it.
-    const auto free_radius = [&](Eigen::Vector3d &away)
-    {
-      double free = 1e300;
-      for (const int j : cage[i])
-      {
-        double square = 0.;
-        for (int c = 0; c < 3; ++c)
-          square += (x[c] - packing.positions(c, j)) * (x[c] - packing.positions(c, j));
-        const double d = std::sqrt(square);
-        if (d - packing.radii[j] < free)
-        {
-          free = d - packing.radii[j];
-          away = (x - packing.positions.col(j)) / d;
-        }
-      }
-      for (int c = 0; c < packing.dim; ++c)
-        for (const double side : {1., -1.})
-        {
-          const double d = side > 0. ? x[c] - packing.lower[c] : packing.upper[c] - x[c];
-          if (d < free)
-          {
-            free = d;
-            away = side * Eigen::Vector3d::Unit(c);
-          }
-        }
-      return free;
-    };
-    Eigen::Vector3d away = Eigen::Vector3d::Zero(), best = x;
-    double best_free = 0.;
-    for (double step = 0.1 * largest_radius; step > 1e-4 * largest_radius; step *= 0.98)
-    {
-      const double free = free_radius(away);
-      if (free > best_free)
-      {
-        best_free = free;
-        best = x;
-      }
-      x += step * away;
-    }
-    packing.positions.col(i) = best;
-    packing.radii[i] = std::max(packing.radii[i], std::min(best_free, largest_radius));
-  }
-}
-} // namespace
-
-double remove_loose_particles(Packing &packing)
-{
-  const int n = packing.size();
-  std::vector<std::vector<int>> partners(n);
-  for (const auto &[i, j] : packing.bonds)
-  {
-    partners[i].push_back(j);
-    partners[j].push_back(i);
-  }
-  std::vector<int> held(n), loose;
-  std::vector<char> removed(n, 0);
-  for (int i = 0; i < n; ++i)
-    if ((held[i] = static_cast<int>(partners[i].size())) < 2)
-      loose.push_back(i);
-  while (!loose.empty())
-  {
-    const int i = loose.back();
-    loose.pop_back();
-    if (removed[i])
-      continue;
-    removed[i] = 1;
-    for (const int j : partners[i])
-      if (!removed[j] && --held[j] < 2)
-        loose.push_back(j);
-  }
-
-  std::vector<int> body(n, -1), members, stack;
-  for (int seed = 0; seed < n; ++seed)
-  {
-    if (removed[seed] || body[seed] >= 0)
-      continue;
-    body[seed] = static_cast<int>(members.size());
-    members.push_back(0);
-    for (stack = {seed}; !stack.empty();)
-    {
-      const int i = stack.back();
-      stack.pop_back();
-      ++members[body[seed]];
-      for (const int j : partners[i])
-        if (!removed[j] && body[j] < 0)
-        {
-          body[j] = body[seed];
-          stack.push_back(j);
-        }
-    }
-  }
-  const int main_body = static_cast<int>(std::max_element(members.begin(), members.end()) - members.begin());
-
-  std::vector<int> new_index(n, -1);
-  int kept = 0;
-  for (int i = 0; i < n; ++i)
-    if (!removed[i] && body[i] == main_body)
-    {
-      new_index[i] = kept;
-      packing.positions.col(kept) = Eigen::Vector3d(packing.positions.col(i));
-      packing.radii[kept] = packing.radii[i];
-      ++kept;
-    }
-  packing.positions.conservativeResize(3, kept);
-  packing.radii.conservativeResize(kept);
-  std::vector<std::array<int, 2>> bonds;
-  for (const auto &[i, j] : packing.bonds)
-    if (new_index[i] >= 0 && new_index[j] >= 0)
-      bonds.push_back({new_index[i], new_index[j]});
-  packing.bonds = std::move(bonds);
-  return n ? double(n - kept) / n : 0.;
-}
-
-void generate_random(Packing &packing, const PackingSettings &settings, const Progress &progress)
+/// One jammed packing of particles that fill the fraction of the container when their scale is 1.
+void compact(Packing &packing, const PackingSettings &settings, const Container &container, double fraction,
+             const Progress &progress)
 {
   const auto report = [&](double done, const char *what)
   {
@@ -286,25 +181,54 @@ void generate_random(Packing &packing, const PackingSettings &settings, const Pr
   };
   std::mt19937_64 random(settings.seed);
   const double mean_radius = settings.mean_diameter / 2.;
-  const double largest_radius = mean_radius * (1. + settings.radius_spread);
-
-  const std::vector<double> radii = draw_radii(packing, settings, random);
+  const std::vector<double> radii = draw_radii(settings, fraction * container.volume(), random);
   const int n = static_cast<int>(radii.size());
-  SoftPacking soft(packing.dim, packing.lower, packing.upper, draw_positions(packing, n, mean_radius, random), radii,
-                   mean_radius);
-  soft.set_scale(0.75);
-  soft.minimise(0.02, 500);
-  soft.set_scale(0.88);
-  soft.minimise(0.02, 500);
-  soft.anneal(1.01, 0.06, 8000, random, [&](double done) { report(0.05 + 0.6 * done, "shaking the particles together"); });
-  approach_jamming(soft, [&](double done) { report(0.65 + 0.3 * done, "approaching jamming"); });
+  report(0., "spreading the particles");
+  Compaction compaction(container, draw_positions(container, n, mean_radius, random), radii, mean_radius);
+  compaction.set_scale(0.75);
+  compaction.minimise(0.1, 300);
+  report(0.02, "spreading the particles");
+  compaction.set_scale(0.88);
+  compaction.minimise(0.1, 300);
+  // Discs find denser arrangements in thermal motion; spheres are as dense after a quick compression.
+  const int shaking_steps = settings.dim == 2 ? 7000 : 600;
+  compaction.anneal(1.015, 0.06, shaking_steps, random,
+                    [&](double done) { report(0.05 + 0.6 * done, "shaking the particles together"); });
+  approach_jamming(compaction, 2000, [&](double done) { report(0.65 + 0.3 * done, "approaching jamming"); });
+  packing.positions = compaction.positions();
+  packing.radii = compaction.radii();
+}
+} // namespace
 
-  packing.positions = soft.positions();
-  packing.radii = soft.radii();
-  remove_overlaps(packing);
-  hold_rattlers(packing, largest_radius);
-  touch_sides(packing);
+void generate_random(Packing &packing, const PackingSettings &settings, const Container &container, const Progress &progress)
+{
+  // The fraction at jamming decides the diameter; when the guess was not good enough, the next one knows it.
+  double fraction = expected_fraction(settings, container);
+  const int attempts = 3;
+  for (int attempt = 0; attempt < attempts; ++attempt)
+  {
+    const auto share = [&](double done, const std::string &text)
+    {
+      if (progress)
+        progress((attempt + done) / (attempt + 1.), text);
+    };
+    compact(packing, settings, container, fraction, share);
+    const double factor = mean(packing.radii) / (settings.mean_diameter / 2.);
+    if (std::abs(factor - 1.) <= wanted_accuracy)
+      break;
+    fraction *= std::pow(factor, packing.dim);
+  }
+  for (int round = 0; round < 3; ++round)
+  {
+    if (container.is_box())
+      touch_sides(packing);
+    remove_overlaps(packing, 0.9 * largest_overlap * mean(packing.radii));
+  }
+  hold_rattlers(packing, container, settings.mean_diameter / 2. * (1. + settings.radius_spread));
+  if (container.is_box())
+    touch_sides(packing);
   bond_by_gap(packing, settings.gap_tolerance);
+  const int n = packing.size();
   const double removed = remove_loose_particles(packing);
   if (removed > 0.01 + 4. / n) // 1 % and the corners, which matter in small packings
   {
@@ -313,9 +237,43 @@ void generate_random(Packing &packing, const PackingSettings &settings, const Pr
           << settings.gap_tolerance << "; use a larger one";
     throw std::runtime_error(error.str());
   }
-  std::ostringstream text;
-  text << 100. * removed << " % loose particles removed";
-  report(0.99, text.str().c_str());
   packing.mean_diameter = 2. * mean(packing.radii);
+}
+
+Packing generate_packing(const PackingSettings &wanted, const Progress &progress)
+{
+  const PackingSettings settings = with_surface_box(wanted);
+  check(settings);
+  // Walls are felt by the largest particle, which may get a little larger before the packing is jammed.
+  const Container container(settings, 0.6 * settings.mean_diameter * (1. + settings.radius_spread));
+  Packing packing;
+  packing.dim = settings.dim;
+  packing.kind = settings.kind;
+  packing.lower = container.lower();
+  packing.upper = container.upper();
+  packing.volume_filled = container.volume();
+  if (settings.kind == "random")
+  {
+    packing.seed = settings.seed;
+    generate_random(packing, settings, container, progress);
+  }
+  else
+  {
+    packing.mean_diameter = settings.mean_diameter;
+    place_lattice(packing, container);
+    // Nearest neighbours have gap 0 (+- round-off), second neighbours 0.83 r at least.
+    bond_by_gap(packing, std::clamp(settings.gap_tolerance, 1e-6, 0.5));
+    if (!container.is_box())
+      remove_loose_particles(packing);
+  }
+  if (packing.size() == 0)
+    throw std::runtime_error("packing: no particles are left, use smaller ones");
+  if (progress)
+  {
+    std::ostringstream text;
+    text << packing.size() << " particles, " << packing.bonds.size() << " bonds, solid fraction " << packing.solid_fraction();
+    progress(1., text.str());
+  }
+  return packing;
 }
 } // namespace kerf::dem

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 kerf_test(packing_unit LABEL dem
   SOURCES unit/packing_geometry.cpp unit/packing_store.cpp
-  LIBRARIES kerf_packing ${HDF5_C_LIBRARIES})
+  LIBRARIES kerf_generator ${HDF5_C_LIBRARIES})
 target_include_directories(packing_unit SYSTEM PRIVATE ${HDF5_INCLUDE_DIRS})
 
 kerf_test(packing_random LABEL dem
   SOURCES verification/packing_random.cpp
-  LIBRARIES kerf_packing)
+  LIBRARIES kerf_generator)
 
 kerf_test(packing_elasticity LABEL dem
   SOURCES verification/packing_elasticity.cpp verification/packing_frequency.cpp
-  LIBRARIES kerf_packing)
+  LIBRARIES kerf_generator)

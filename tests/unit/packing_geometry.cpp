@@ -170,10 +170,10 @@ TEST(PackingSettings, WrongOnesAreNamed)
   PackingSettings good = triangular(10., 10.), bad = good;
   EXPECT_EQ(error_of(good), "no error");
   bad.kind = "cubic";
-  EXPECT_EQ(error_of(bad), "packing: kind 'cubic' is unknown, use random or triangular");
+  EXPECT_EQ(error_of(bad), "packing: kind 'cubic' is unknown, use random, triangular, fcc or hcp");
   bad = good;
   bad.dim = 3;
-  EXPECT_EQ(error_of(bad), "packing: only 2 dimensions can be generated so far, not 3");
+  EXPECT_EQ(error_of(bad), "packing: kind 'triangular' is a lattice in 2 dimensions, not 3");
   bad = good;
   bad.mean_diameter = 0.;
   EXPECT_EQ(error_of(bad), "packing: the mean diameter must be positive, not 0");
