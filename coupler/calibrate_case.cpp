@@ -203,7 +203,8 @@ public:
           rock.directory + "/case.prm: Rock/Compressive strength / Tensile strength = " + text(target) +
           " is out of reach, the packings give " + text(attempt.ratio()) +
           " at R_t/R_n = " + text(attempt.bond.R_t / attempt.bond.R_n) +
-          (off < 0. ? "; give a larger Bond/Shear strength friction" : "; give a smaller Bond/Shear strength friction"));
+          (off < 0. ? "; more bonds a particle (Packing/Gap tolerance), Bond/Friction and Bond/Shear strength friction raise it"
+                    : "; a smaller Packing/Gap tolerance lowers it"));
     }
     if (best_error > 0.05)
       throw InputError(rock.directory + "/case.prm: the strength calibration has not converged, best error " +
