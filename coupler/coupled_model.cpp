@@ -189,7 +189,8 @@ void CoupledModel::convert(const std::vector<int> &cells)
       constrained.push_back(i);
   constraint->set_particles(constrained);
   dem_side->setup([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); });
-  relax(particles);
+  if (mode != Mode::dem) // there particles start where bonds are at rest
+    relax(particles);
 
   event.after = take_inventory(fem_side, *dem_side, comm);
   activation_events.push_back(event);

@@ -6,16 +6,38 @@
 #include "coupler/scene.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iomanip>
 
 namespace kerf
 {
 namespace
 {
 using Eigen::Vector3d;
+
+/// Numbers with all digits and as few characters as that takes.
+class ExactStream
+{
+public:
+  explicit ExactStream(std::ostream &out) : out(out) {}
+  template <typename T>
+  ExactStream &operator<<(const T &item)
+  {
+    if constexpr (std::is_same_v<T, double>)
+    {
+      char text[32];
+      out.write(text, std::to_chars(text, text + sizeof text, item + 0.).ptr - text); // + 0: no minus zero
+    }
+    else
+      out << item;
+    return *this;
+  }
+
+private:
+  std::ostream &out;
+};
 
 bool same(const ParticleBoundary::Role &a, const ParticleBoundary::Role &b)
 {
@@ -46,11 +68,11 @@ public:
     }
   }
 
-  void write_particles(std::ostream &out) const
+  void write_particles(ExactStream &out) const
   {
     const Vector3d &lower = c.particles.domain_lower, &upper = c.particles.domain_upper;
     const double half_thickness = c.packing.mean_diameter; // in 2D the box only has to contain z = 0
-    out << std::setprecision(17) << "# particles of " << c.settings.name << ": tag = index in the store + 1\n\n"
+    out << "# particles of " << c.settings.name << ": tag = index in the store + 1\n\n"
         << c.packing.size() << " atoms\n"
         << types.size() << " atom types\n\n"
         << lower[0] << ' ' << upper[0] << " xlo xhi\n"
@@ -62,9 +84,8 @@ public:
           << c.packing.positions(0, i) << ' ' << c.packing.positions(1, i) << ' ' << c.packing.positions(2, i) << '\n';
   }
 
-  void write(std::ostream &out, const std::string &store) const
+  void write(ExactStream &out, const std::string &store) const
   {
-    out << std::setprecision(17);
     write_head(out);
     write_bond(out, store);
     write_outer_forces(out);
@@ -84,7 +105,7 @@ private:
     return list.empty() ? "" : "type" + list;
   }
 
-  void write_head(std::ostream &out) const
+  void write_head(ExactStream &out) const
   {
     out << "# " << c.settings.name << ": mode dem of kerf, " << c.packing.size() << " particles; SI units"
         << (flat ? ", per metre of thickness" : "") << "\n# Run it here with: kerf liggghts -in " << script_name << "\n\n"
@@ -100,7 +121,7 @@ private:
         << "neigh_modify  delay 0 every 1 check yes\n\n";
   }
 
-  void write_bond(std::ostream &out, const std::string &store) const
+  void write_bond(ExactStream &out, const std::string &store) const
   {
     const dem::BondParameters &bond = c.settings.bond;
     out << "# Bonds come from the store (particle = tag - 1); k in N/m, R in N" << (flat ? ", per metre" : "") << "\n"
@@ -113,7 +134,7 @@ private:
         << "timestep      " << c.particles.time_step << "\n\n";
   }
 
-  void write_outer_forces(std::ostream &out) const
+  void write_outer_forces(ExactStream &out) const
   {
     const Case::Tool &tool = c.settings.tool;
     if (!c.tool_case.empty())
@@ -143,7 +164,7 @@ private:
     out << (n > 0 ? "\n" : "");
   }
 
-  void write_motion(std::ostream &out) const
+  void write_motion(ExactStream &out) const
   {
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -175,7 +196,7 @@ private:
         << (flat ? "fix           plane all enforce2d\n" : "") << "\n";
   }
 
-  void write_driver(std::ostream &out, int condition) const
+  void write_driver(ExactStream &out, int condition) const
   {
     const std::string list = types_with([&](const ParticleBoundary::Role &role) { return role.driver == condition; });
     if (list.empty())
@@ -187,15 +208,15 @@ private:
       out << "(v_t<" << motion.ramp << ")*0.5*(1-cos(PI*v_t/" << motion.ramp << "))+(v_t>=" << motion.ramp << ")\n";
     else
       out << "1\n";
-    for (int axis = 0; axis < 3; ++axis)
+    for (int axis = 0; axis < c.packing.dim; ++axis)
       out << "variable      v"
           << "xyz"[axis] << '_' << number << " equal v_ramp_" << number << "*(" << motion.velocity[axis] << ")\n";
     out << "group         driven_" << number << ' ' << list << "\n"
         << "fix           drive_" << number << " driven_" << number << " move variable NULL NULL NULL v_vx_" << number
-        << " v_vy_" << number << " v_vz_" << number << " units box\n";
+        << " v_vy_" << number << (flat ? " NULL" : " v_vz_" + number) << " units box\n";
   }
 
-  void write_output(std::ostream &out) const
+  void write_output(ExactStream &out) const
   {
     const std::int64_t interval = std::max<std::int64_t>(1, c.n_steps / std::max(1, c.settings.n_snapshots));
     out << "# Energies [J] of f_rock_bond: 1 kinetic, 2 elastic, 3 damping, 4 friction, 5 released; bonds: 6 intact, 7 broken\n"
@@ -228,9 +249,10 @@ void write_script(const ScriptContents &contents, const std::string &directory)
     return file;
   };
   std::ofstream script = open(script_name), particles = open("particles.data");
-  writer.write(script,
+  ExactStream script_stream(script), particle_stream(particles);
+  writer.write(script_stream,
                fs::proximate(fs::weakly_canonical(contents.settings.packing_file), fs::weakly_canonical(directory)).string());
-  writer.write_particles(particles);
+  writer.write_particles(particle_stream);
 }
 
 int export_case(const RunOptions &options, MPI_Comm comm)

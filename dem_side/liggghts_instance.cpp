@@ -14,7 +14,11 @@ std::unique_ptr<LAMMPS> make_liggghts(MPI_Comm comm)
   char *argv[5];
   for (int i = 0; i < 5; ++i)
     argv[i] = arguments[i].data();
+  return make_liggghts(5, argv, comm);
+}
 
+std::unique_ptr<LAMMPS> make_liggghts(int argc, char **argv, MPI_Comm comm)
+{
   // Each instance registers all styles once more and LIGGGHTS complains about every one; errors go to stdout and stderr of C.
   std::ostringstream complaints;
   struct Redirection
@@ -22,7 +26,7 @@ std::unique_ptr<LAMMPS> make_liggghts(MPI_Comm comm)
     std::streambuf *before;
     ~Redirection() { std::cerr.rdbuf(before); }
   } redirection{std::cerr.rdbuf(complaints.rdbuf())};
-  return std::make_unique<LAMMPS>(5, argv, comm);
+  return std::make_unique<LAMMPS>(argc, argv, comm);
 }
 
 std::string library_version()

@@ -13,6 +13,8 @@ using LAMMPS_NS::LAMMPS;
 
 /// A silent LIGGGHTS without a box. Its input errors print and end the program: check before what is passed on.
 std::unique_ptr<LAMMPS> make_liggghts(MPI_Comm comm);
+/// The same with the arguments of LIGGGHTS' own program; argv[0] is not read.
+std::unique_ptr<LAMMPS> make_liggghts(int argc, char **argv, MPI_Comm comm);
 
 /// One line of LIGGGHTS input, numbers with all digits.
 template <typename... Items>

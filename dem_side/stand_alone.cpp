@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/stand_alone.h"
 
+#include "dem_side/liggghts_instance.h"
 #include "dem_side/rock_bond_style.h"
 #include "dem_side/script_fixes.h"
 
 #include <csignal>
 #include <cstdio>
-#include <input.h>
 #include <signal_handling.h>
 
 namespace kerf::dem
@@ -28,7 +28,7 @@ void end_runs_on_signals()
 void run_script(int argc, char **argv, MPI_Comm comm, const std::map<std::string, ScriptForceMaker> &forces)
 {
   end_runs_on_signals();
-  const auto lmp = std::make_unique<LAMMPS_NS::LAMMPS>(argc, argv, comm);
+  const auto lmp = make_liggghts(argc, argv, comm);
   RockBondStyle::register_with(*lmp);
   ScriptForceFix::register_with(*lmp, forces);
   try

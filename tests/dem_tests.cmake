@@ -16,3 +16,13 @@ kerf_test(dem_ranks LABEL dem RANKS 2
 add_test(NAME dem_ranks_4_ranks
          COMMAND ${MPIEXEC_EXECUTABLE} ${KERF_MPI_FLAGS} ${MPIEXEC_NUMPROC_FLAG} 4 $<TARGET_FILE:dem_ranks>)
 set_tests_properties(dem_ranks_4_ranks PROPERTIES LABELS dem TIMEOUT 600 PROCESSORS 4)
+kerf_test(dem_energy LABEL dem RANKS 2
+          SOURCES verification/dem_energy_test.cpp
+          LIBRARIES kerf_coupling)
+kerf_test(export_3d LABEL dem
+          SOURCES verification/export_3d.cpp
+          LIBRARIES kerf_application)
+
+add_test(NAME stand_alone COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/verification/stand_alone.py $<TARGET_FILE:kerf>
+         ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
+set_tests_properties(stand_alone PROPERTIES LABELS dem TIMEOUT 600 PROCESSORS 2)

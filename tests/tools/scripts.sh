@@ -20,6 +20,7 @@ python3-matplotlib   figures
 python3-h5py         figures'
 readonly test_packages='
 libgtest-dev         tests
+liggghts             comparison with the stock program
 git                  checks of the source tree
 clang-format         check of the code style'
 

@@ -14,7 +14,7 @@ inline void bond_near_pairs(Packing &packing, double reach)
   for (int i = 0; i < packing.size(); ++i)
     for (int j = i + 1; j < packing.size(); ++j)
       if ((packing.positions.col(i) - packing.positions.col(j)).norm() < reach)
-        packing.bonds.push_back({i, j});
+        packing.bonds.push_back({{i, j}});
 }
 
 /// Triangular lattice of touching discs of radius r, rows along x; the lattice starts at the origin. Bonds by row order.
@@ -31,11 +31,11 @@ inline Packing triangular_lattice(int n_x, int n_y, double r)
     {
       packing.positions.col(at(column, row)) << r * (2. * column + row % 2), std::sqrt(3.) * r * row, 0.;
       if (column + 1 < n_x)
-        packing.bonds.push_back({at(column, row), at(column + 1, row)});
+        packing.bonds.push_back({{at(column, row), at(column + 1, row)}});
       const int left = column + row % 2 - 1; // of the two neighbours above
       for (const int above : {left, left + 1})
         if (row + 1 < n_y && above >= 0 && above < n_x)
-          packing.bonds.push_back({at(column, row), at(above, row + 1)});
+          packing.bonds.push_back({{at(column, row), at(above, row + 1)}});
     }
   packing.lower = packing.positions.rowwise().minCoeff().array() - r;
   packing.upper = packing.positions.rowwise().maxCoeff().array() + r;
@@ -73,7 +73,7 @@ inline Packing two_particles(double first_radius, double second_radius, double d
   packing.positions.setZero(3, 2);
   packing.positions(0, 1) = distance;
   packing.radii = Eigen::Vector2d(first_radius, second_radius);
-  packing.bonds = {{0, 1}};
+  packing.bonds = {{{0, 1}}};
   packing.lower = Eigen::Vector3d::Constant(-first_radius);
   packing.upper = Eigen::Vector3d::Constant(first_radius);
   packing.upper[0] = distance + second_radius;
