@@ -36,6 +36,8 @@ ElasticCalibration calibrate_elastic(const Packing &packing, double young, doubl
     result.achieved_young = result.k_n * unit.young;
     result.achieved_poisson = unit.poisson;
     result.anisotropy = unit.anisotropy;
+    result.axis_young = result.k_n * unit.axis_young;
+    result.axis_poisson = unit.axis_poisson;
     return result;
   };
 
