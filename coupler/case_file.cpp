@@ -353,6 +353,8 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
     packing_file = "packing_" + result.packing.kind + "_" + std::to_string(std::lround(1e6 * result.packing.mean_diameter)) +
                    "um_seed" + std::to_string(result.packing.seed) + ".h5";
   result.packing_file = in_case(packing_file);
+  const std::string surface_file = reader.text("Packing", "Surface");
+  result.packing_surface_file = surface_file.empty() ? "" : in_case(surface_file);
 
   result.bond.R_n = reader.number("Bond", "Tensile strength");
   result.bond.R_t = reader.number("Bond", "Shear strength");

@@ -61,7 +61,8 @@ struct Case
   fem::MeshSettings mesh;
   std::vector<fem::BoundaryCondition> boundary_conditions;
 
-  std::string packing_file; ///< absolute
+  std::string packing_file;         ///< absolute
+  std::string packing_surface_file; ///< absolute; empty: the packing fills the mesh
   dem::PackingSettings packing;
 
   dem::BondParameters bond; ///< k_n, k_t are filled in from the calibrated store

@@ -103,7 +103,11 @@ const std::vector<Parameter> &parameter_table()
 
     entry("Packing", "File", "", text(), "-",
           "HDF5 store of the particles; empty: packing_KIND_DIAMETER_SEED.h5 beside the case, generated when missing", ""),
-    entry("Packing", "Kind", "random", one_of("random|triangular"), "-", "dense random packing or triangular lattice", ""),
+    entry("Packing", "Kind", "random", one_of("random|triangular|fcc|hcp"), "-",
+          "dense random packing, or a lattice: triangular in 2D, fcc or hcp in 3D", ""),
+    entry("Packing", "Surface", "", text(), "-",
+          "STL file (ASCII or binary) of a closed surface inside the mesh that the packing fills, 3D; empty: the whole mesh",
+          ""),
     entry("Packing", "Mean diameter", "1e-3", positive(), "m", "mean particle diameter d", ""),
     entry("Packing", "Radius spread", "0.4", between(0., 0.8), "-", "radii are uniform in (1 - s, 1 + s) d/2", ""),
     entry("Packing", "Gap tolerance", "0.1", between(0., 1.), "-", "pairs with a gap below this times d/2 are bonded",

@@ -2,6 +2,7 @@
 #include "coupler/scene.h"
 
 #include "coupler/input_error.h"
+#include "coupler/packing_space.h"
 #include "dem_side/bond_network.h"
 
 #include <algorithm>
@@ -59,7 +60,7 @@ Box mesh_box(const fem::Mesh &mesh)
 }
 
 /// What of a stored packing does not fit the case; empty when it fits.
-std::string mismatch(const dem::Packing &packing, const Case &settings, const Box &box)
+std::string mismatch(const dem::Packing &packing, const Case &settings, const PackingSpace &space)
 {
   const auto differs = [](double a, double b, double scale) { return std::abs(a - b) > 1e-6 * scale; };
   std::ostringstream text;
@@ -77,25 +78,13 @@ std::string mismatch(const dem::Packing &packing, const Case &settings, const Bo
     text << "has seed " << packing.seed << ", Packing/Seed asks for " << settings.packing.seed;
   else
     for (int c = 0; c < settings.dim(); ++c)
-      if (text.str().empty() && (differs(packing.lower[c], box.lower[c], d) || differs(packing.upper[c], box.upper[c], d)))
+      if (text.str().empty() &&
+          (differs(packing.lower[c], space.box.lower[c], d) || differs(packing.upper[c], space.box.upper[c], d)))
         text << "fills " << packing.lower[c] << " to " << packing.upper[c] << " m along "
-             << "xyz"[c] << ", the mesh " << box.lower[c] << " to " << box.upper[c];
+             << "xyz"[c] << ", the rock " << space.box.lower[c] << " to " << space.box.upper[c];
+  if (text.str().empty() && differs(packing.volume_filled, space.volume, space.volume))
+    text << "fills a volume of " << packing.volume_filled << ", the rock has " << space.volume << ": another shape";
   return text.str();
-}
-
-/// Takes particles out that lie outside the mesh (the packing fills the box around it).
-void cut_to_mesh(dem::Packing &packing, const fem::FemSide &fem)
-{
-  const std::vector<fem::Interpolation> places = fem.locate(packing.positions);
-  std::vector<int> kept;
-  for (int i = 0; i < packing.size(); ++i)
-    if (places[i].cell >= 0)
-      kept.push_back(i);
-  if (static_cast<int>(kept.size()) == packing.size())
-    return;
-  packing.positions = Eigen::Matrix3Xd(packing.positions(Eigen::all, kept));
-  packing.radii = Eigen::VectorXd(packing.radii(kept));
-  dem::bond_by_gap(packing, packing.gap_tolerance);
 }
 
 void check_overlap(const Case &settings, const fem::FemSide &fem)
@@ -165,7 +154,7 @@ std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 
 void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm)
 {
-  const Box box = mesh_box(fem.mesh());
+  const PackingSpace space = find_packing_space(settings, fem.mesh());
   const auto named = [&](const char *section, const auto &action)
   {
     try
@@ -177,57 +166,67 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
       throw InputError(case_path(settings) + ": " + section + ": " + error.what());
     }
   };
-  on_first_rank(
-    comm,
-    [&]
-    {
-      if (std::filesystem::exists(settings.packing_file))
-        packing = dem::load_packing(settings.packing_file);
-      else
-      {
-        dem::PackingSettings wanted = settings.packing;
-        wanted.lower = box.lower;
-        wanted.upper = box.upper;
-        console.message("generating the packing " + settings.packing_file);
-        packing = named("Packing",
-                        [&] {
-                          return dem::generate_packing(wanted, [&](double done, const std::string &text)
-                                                       { console.progress(done, text); });
-                        });
-        console.finish_progress();
-        cut_to_mesh(packing, fem);
-        if (packing.size() == 0)
-          throw InputError(case_path(settings) + ": Packing/Mean diameter = " + std::to_string(settings.packing.mean_diameter) +
-                           " leaves the packing empty, give less than the extent of the mesh");
-        dem::save_packing(packing, settings.packing_file);
-      }
-      const std::string wrong = mismatch(packing, settings, box);
-      if (!wrong.empty())
-        throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
+  on_first_rank(comm,
+                [&]
+                {
+                  if (std::filesystem::exists(settings.packing_file))
+                    packing = dem::load_packing(settings.packing_file);
+                  else
+                  {
+                    dem::PackingSettings wanted = settings.packing;
+                    wanted.lower = space.box.lower;
+                    wanted.upper = space.box.upper;
+                    wanted.surface = space.surface;
+                    console.message("generating the packing " + settings.packing_file);
+                    packing = named("Packing",
+                                    [&] {
+                                      return dem::generate_packing(wanted, [&](double done, const std::string &text)
+                                                                   { console.progress(done, text); });
+                                    });
+                    console.finish_progress();
+                    dem::save_packing(packing, settings.packing_file);
+                  }
+                  const std::string wrong = mismatch(packing, settings, space);
+                  if (!wrong.empty())
+                    throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
 
-      const dem::ElasticCalibration &known = packing.calibration;
-      if (std::abs(known.target_young - settings.rock.young) > 1e-9 * settings.rock.young ||
-          std::abs(known.target_poisson - settings.rock.poisson) > 1e-12)
-      {
-        console.message("calibrating k_n, k_t: static solve of the bond network");
-        packing.calibration =
-          named("Rock", [&] { return dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson); });
-        dem::save_packing(packing, settings.packing_file);
-      }
-    });
+                  const dem::ElasticCalibration &known = packing.calibration;
+                  if (std::abs(known.target_young - settings.rock.young) > 1e-9 * settings.rock.young ||
+                      std::abs(known.target_poisson - settings.rock.poisson) > 1e-12)
+                  {
+                    console.message("calibrating k_n, k_t: static solve of the bond network");
+                    packing.calibration = named(
+                      "Rock", [&] { return dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson); });
+                    dem::save_packing(packing, settings.packing_file);
+                  }
+                });
   if (rank_of(comm) != 0)
     packing = dem::load_packing(settings.packing_file);
 }
 
 std::string packing_summary(const dem::Packing &packing)
 {
+  const dem::PackingQuality &quality = packing.quality;
+  const dem::ElasticCalibration &elastic = packing.calibration;
+  const auto list = [&packing](const Eigen::Vector3d &values, double unit)
+  {
+    std::ostringstream text;
+    text << std::setprecision(4);
+    for (int c = 0; c < packing.dim; ++c)
+      text << (c ? ", " : "") << values[c] / unit;
+    return text.str();
+  };
   std::ostringstream text;
-  text << std::setprecision(4) << packing.size() << " particles (" << packing.kind << "), " << packing.bonds.size()
-       << " bonds, solid fraction " << packing.solid_fraction() << ", coordination " << packing.coordination()
-       << "\nk_n = " << packing.calibration.k_n << ", k_t = " << packing.calibration.k_t
-       << " N/m, achieved E = " << packing.calibration.achieved_young / 1e9
-       << " GPa, nu = " << packing.calibration.achieved_poisson << ", anisotropy " << 100. * packing.calibration.anisotropy
-       << " %";
+  text << std::setprecision(4) << packing.size() << " particles (" << packing.kind << "), mean diameter "
+       << packing.mean_diameter << " m, " << packing.bonds.size() << " bonded pairs\n"
+       << "solid fraction   " << quality.solid_fraction << ", in the core " << quality.core_solid_fraction << "\n"
+       << "coordination     " << quality.coordination << ", in the core " << quality.core_coordination << "\n"
+       << "largest overlap  " << 100. * quality.largest_overlap << " % of the mean diameter\n"
+       << "fabric           eigenvalues " << list(quality.fabric, 1.) << ", isotropy " << quality.isotropy << "\n"
+       << "bonds            k_n = " << elastic.k_n << ", k_t = " << elastic.k_t << " N/m\n"
+       << "relaxed moduli   E = " << elastic.achieved_young / 1e9 << " GPa, nu = " << elastic.achieved_poisson
+       << "; along the axes E = " << list(elastic.axis_young, 1e9) << " GPa, nu = " << list(elastic.axis_poisson, 1.)
+       << "; anisotropy " << 100. * elastic.anisotropy << " %";
   return text.str();
 }
 

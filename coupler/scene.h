@@ -29,6 +29,6 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
 /// Deal.II side of the case; errors of the mesh become InputErrors that name the case.
 std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm);
 
-/// One line about the quality of a packing.
+/// Quality of a packing, some lines for a person.
 std::string packing_summary(const dem::Packing &packing);
 } // namespace kerf

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "dem_side/bond_kinematics.h"
 #include "dem_side/bond_network.h"
 
 #include <Eigen/Eigenvalues>
@@ -11,26 +12,11 @@ namespace kerf::dem
 {
 namespace
 {
-template <int dim>
-constexpr int rotations = dim == 2 ? 1 : 3;
-
-/// Displacement of the point at @p lever * n from a centre by a unit rotation about each axis.
-template <int dim>
-Eigen::Matrix<double, dim, rotations<dim>> from_rotation(const Eigen::Matrix<double, dim, 1> &n, double lever)
-{
-  Eigen::Matrix<double, dim, rotations<dim>> matrix;
-  if constexpr (dim == 2)
-    matrix << -n[1], n[0];
-  else
-    matrix << 0., n[2], -n[1], -n[2], 0., n[0], n[1], -n[0], 0.;
-  return lever * matrix;
-}
-
 /// M^-1/2 K M^-1/2 of the free network, translations and rotations.
 template <int dim>
 Eigen::SparseMatrix<double, Eigen::RowMajor> dynamic_matrix(const Packing &packing, double k_n, double k_t, double density)
 {
-  constexpr int dofs = dim + rotations<dim>;
+  constexpr int dofs = particle_dofs<dim>;
   using Vector = Eigen::Matrix<double, dim, 1>;
   const double inertia = dim == 2 ? 0.5 : 0.4; // of a disc, a sphere [m r^2]
   const auto inverse_root_mass = [&](int i)
@@ -50,15 +36,10 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> dynamic_matrix(const Packing &packi
     const double length = branch.norm();
     const Vector n = branch / length;
     const double lever_i = length * packing.radii[i] / (packing.radii[i] + packing.radii[j]);
-    // Relative displacement at the contact point from the degrees of freedom of i and j.
-    Eigen::Matrix<double, dim, 2 * dofs> relative;
-    const auto unit = Eigen::Matrix<double, dim, dim>::Identity();
-    relative.template leftCols<dim>() = -unit;
-    relative.template middleCols<rotations<dim>>(dim) = -from_rotation<dim>(n, lever_i);
-    relative.template middleCols<dim>(dofs) = unit;
-    relative.template rightCols<rotations<dim>>() = -from_rotation<dim>(n, length - lever_i);
+    Eigen::Matrix<double, dim, 2 *dofs> relative = relative_displacement<dim>(n, lever_i, length - lever_i);
     relative.template leftCols<dofs>() *= inverse_root_mass(i).asDiagonal();
     relative.template rightCols<dofs>() *= inverse_root_mass(j).asDiagonal();
+    const auto unit = Eigen::Matrix<double, dim, dim>::Identity();
     const Eigen::Matrix<double, dim, dim> spring = k_t * unit + (k_n - k_t) * n * n.transpose();
     const Eigen::Matrix<double, 2 * dofs, 2 *dofs> block = relative.transpose() * spring * relative;
     for (int r = 0; r < 2 * dofs; ++r)

@@ -11,21 +11,21 @@ namespace kerf::dem
 {
 Moduli relaxed_moduli(const Packing &packing, double k_n, double k_t, int sample_size)
 {
-  return BondSample(packing, sample_size).relaxed(k_n, k_t);
+  return make_bond_sample(packing, sample_size)->relaxed(k_n, k_t);
 }
 
 Moduli affine_moduli(const Packing &packing, double k_n, double k_t)
 {
-  return BondSample(packing, packing.size()).affine(k_n, k_t);
+  return make_bond_sample(packing, packing.size())->affine(k_n, k_t);
 }
 
 ElasticCalibration calibrate_elastic(const Packing &packing, double young, double poisson)
 {
   if (!(young > 0.))
     throw std::runtime_error("elastic calibration: Young's modulus must be positive");
-  BondSample sample(packing);
+  const std::unique_ptr<BondSample> sample = make_bond_sample(packing);
   const double largest_ratio = 2., tolerance = 1e-6 * std::max(std::abs(poisson), 0.01);
-  const auto moduli_at = [&](double ratio) { return sample.relaxed(1., ratio); };
+  const auto moduli_at = [&](double ratio) { return sample->relaxed(1., ratio); };
   const auto finish = [&](double ratio, const Moduli &unit)
   {
     ElasticCalibration result;
@@ -36,6 +36,8 @@ ElasticCalibration calibrate_elastic(const Packing &packing, double young, doubl
     result.achieved_young = result.k_n * unit.young;
     result.achieved_poisson = unit.poisson;
     result.anisotropy = unit.anisotropy;
+    result.axis_young = result.k_n * unit.axis_young;
+    result.axis_poisson = unit.axis_poisson;
     return result;
   };
 

@@ -8,14 +8,19 @@ namespace kerf::dem
 /// Elastic moduli of a bonded packing with relaxed particles and free rotations.
 struct Moduli
 {
-  Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero(); ///< 2D: stress (xx, yy, xy) = stiffness * strain (xx, yy, 2 xy) [Pa]
-  double young = 0.;                                   ///< isotropic fit, plane strain in 2D [Pa]
-  double poisson = 0.;                                 ///< [-]
-  double anisotropy = 0.;                              ///< relative deviation of stiffness from the fit [-]
+  /// Stress = stiffness * strain [Pa]; 2D: (xx, yy, xy), 3D: (xx, yy, zz, yz, xz, xy), strains with twice the shear components.
+  Eigen::MatrixXd stiffness;
+  double young = 0.;      ///< of the isotropic tensor closest to stiffness, plane strain in 2D [Pa]
+  double poisson = 0.;    ///< of the same [-]
+  double anisotropy = 0.; ///< relative deviation of stiffness from the fit [-]
+  /// Young's modulus along each axis and Poisson's ratio from it to the other axes (mean) by the compliance; in 2D those of the
+  /// isotropic material in plane strain that has the compliance of the axis. [Pa], [-]
+  Eigen::Vector3d axis_young = Eigen::Vector3d::Zero(), axis_poisson = Eigen::Vector3d::Zero();
 };
 
-/// Moduli by a static solve of the bond network (sparse Cholesky): the outer skin of the sample follows a uniform strain, the
-/// inside relaxes, stress (bond virial) and strain (least-squares displacement gradient) are taken well inside.
+/// Moduli by a static solve of the bond network (2D: sparse Cholesky, 3D: conjugate gradients): the outer skin of the sample
+/// follows a uniform strain, the inside relaxes, stress (bond virial over Laguerre cells) and strain (least-squares
+/// displacement gradient) are taken well inside. Throws std::runtime_error when the packing is too small.
 /// @param sample_size at most about this many particles from the middle of the packing are used.
 Moduli relaxed_moduli(const Packing &packing, double k_n, double k_t, int sample_size = 20000);
 

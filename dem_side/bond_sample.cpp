@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/bond_sample.h"
 
+#include "dem_side/bond_kinematics.h"
+#include "dem_side/laguerre.h"
+#include "dem_side/solid_region.h"
+
+#include <Eigen/IterativeLinearSolvers>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -11,102 +16,162 @@ namespace kerf::dem
 {
 namespace
 {
-using Strain = Eigen::Matrix2d;
-
-/// The three strain cases in the order of Moduli::stiffness; engineering shear.
-const std::array<Strain, 3> &strain_cases()
-{
-  static const std::array<Strain, 3> cases = {(Strain() << 1., 0., 0., 0.).finished(), (Strain() << 0., 0., 0., 1.).finished(),
-                                              (Strain() << 0., 0.5, 0.5, 0.).finished()};
-  return cases;
-}
-
-Eigen::Vector2d tangent(const Eigen::Vector2d &normal)
-{
-  return {-normal[1], normal[0]};
-}
-
-/// Rises from 0 to 1 with three continuous derivatives, so that sums over a lattice equal integrals to high order.
+/// Rises from 0 to 1 with three continuous derivatives, so that a repeating pattern is averaged over whole cells.
 double smooth_step(double s)
 {
   s = std::clamp(s, 0., 1.);
   return s * s * s * s * (35. + s * (-84. + s * (70. - 20. * s)));
 }
 
+/// Row and column of the components of a symmetric tensor.
+template <int dim>
+constexpr std::array<std::array<int, 2>, dim *(dim + 1) / 2> places()
+{
+  if constexpr (dim == 2)
+    return {{{0, 0}, {1, 1}, {0, 1}}};
+  else
+    return {{{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
+}
+
+/// Orthogonal projection of the stiffness on the isotropic tensors: mean bulk and shear modulus over all directions.
+template <int dim>
 void fit_isotropic(Moduli &moduli)
 {
-  // Orthogonal projection on the isotropic tensors: bulk modulus and mean of the shear modulus over all directions.
-  const Eigen::Matrix3d &c = moduli.stiffness;
-  const double bulk = (c(0, 0) + c(1, 1) + 2. * c(0, 1)) / 4.;
-  const double shear = (c(0, 0) + c(1, 1) - 2. * c(0, 1) + 4. * c(2, 2)) / 8.;
-  const double lambda = bulk - shear;
-  Eigen::Matrix3d fit;
-  fit << bulk + shear, lambda, 0., lambda, bulk + shear, 0., 0., 0., shear;
+  const Eigen::MatrixXd &c = moduli.stiffness;
+  const int n_shears = static_cast<int>(c.rows()) - dim;
+  const double normal = c.topLeftCorner<dim, dim>().sum(), diagonal = c.topLeftCorner<dim, dim>().trace();
+  const double coupling = (normal - diagonal) / 2., shears = c.bottomRightCorner(n_shears, n_shears).trace();
+  const double bulk = normal / (dim * dim);
+  const double shear = dim == 2 ? (diagonal - 2. * coupling + 4. * shears) / 8. : (diagonal - coupling + 3. * shears) / 15.;
+  const double lambda = bulk - 2. / dim * shear;
+  Eigen::MatrixXd fit = Eigen::MatrixXd::Zero(c.rows(), c.cols());
+  fit.topLeftCorner<dim, dim>().setConstant(lambda);
+  fit.topLeftCorner<dim, dim>().diagonal().array() += 2. * shear;
+  fit.bottomRightCorner(n_shears, n_shears).diagonal().setConstant(shear);
   moduli.young = shear * (3. * lambda + 2. * shear) / (lambda + shear);
   moduli.poisson = lambda / (2. * (lambda + shear));
   moduli.anisotropy = (c - fit).cwiseAbs().maxCoeff() / fit.cwiseAbs().maxCoeff();
 }
+
+template <int dim>
+void find_axis_moduli(Moduli &moduli)
+{
+  const Eigen::MatrixXd compliance = moduli.stiffness.inverse();
+  for (int c = 0; c < dim; ++c)
+  {
+    const double own = compliance(c, c);
+    const double ratio = -(compliance.row(c).head(dim).sum() - own) / (dim - 1) / own;
+    // Plane strain: own = (1 - nu^2) / E and ratio = nu / (1 - nu).
+    const double nu = dim == 2 ? ratio / (1. + ratio) : ratio;
+    moduli.axis_poisson[c] = nu;
+    moduli.axis_young[c] = (dim == 2 ? 1. - nu * nu : 1.) / own;
+  }
+}
 } // namespace
 
-BondSample::BondSample(const Packing &packing, int sample_size)
+/// Unit strains in the order of Moduli::stiffness; engineering shear.
+template <int dim>
+const std::array<typename BondSampleOf<dim>::Tensor, BondSampleOf<dim>::n_strains> &BondSampleOf<dim>::strain_cases()
 {
-  if (packing.dim != 2)
-    throw std::runtime_error("elastic moduli: only 2D packings can be solved so far");
+  static const std::array<Tensor, n_strains> cases = []
+  {
+    std::array<Tensor, n_strains> result;
+    for (int k = 0; k < n_strains; ++k)
+    {
+      const auto [r, c] = places<dim>()[k];
+      result[k].setZero();
+      result[k](r, c) += 0.5;
+      result[k](c, r) += 0.5;
+    }
+    return result;
+  }();
+  return cases;
+}
+
+template <int dim>
+typename BondSampleOf<dim>::Components BondSampleOf<dim>::components(const Tensor &tensor)
+{
+  Components result;
+  for (int k = 0; k < n_strains; ++k)
+  {
+    const auto [r, c] = places<dim>()[k];
+    result[k] = (tensor(r, c) + tensor(c, r)) / 2.;
+  }
+  return result;
+}
+
+template <int dim>
+BondSampleOf<dim>::BondSampleOf(const Packing &packing, int sample_size)
+{
   if (packing.size() == 0 || packing.bonds.empty())
     throw std::runtime_error("elastic moduli: the packing has no bonds");
   m_mean_diameter = 2. * packing.radii.mean();
   choose_window(packing, sample_size);
   collect(packing);
-  assemble();
 }
 
-void BondSample::choose_window(const Packing &packing, int sample_size)
+template <int dim>
+void BondSampleOf<dim>::choose_window(const Packing &packing, int sample_size)
 {
-  const double share = std::min(1., std::sqrt(double(sample_size) / packing.size()));
-  const Eigen::Vector2d middle = (packing.lower + packing.upper).head<2>() / 2.;
-  const Eigen::Vector2d side = share * (packing.upper - packing.lower).head<2>();
+  const auto [lower, upper] = filled_box(packing);
+  const double box = (upper - lower).template head<dim>().prod();
+  const double particles = packing.size() * (packing.volume_filled > 0. ? std::min(1., box / packing.volume_filled) : 1.);
+  const double share = std::min(1., std::pow(sample_size / particles, 1. / dim));
+  const Vector middle = (lower + upper).template head<dim>() / 2.;
+  const Vector side = share * (upper - lower).template head<dim>();
   m_lower = middle - side / 2.;
   m_upper = middle + side / 2.;
-  if (side.minCoeff() < 12. * m_mean_diameter)
+  if (!(side.minCoeff() >= 12. * m_mean_diameter))
   {
     std::ostringstream error;
     error << "elastic moduli: the sample is " << side.minCoeff() / m_mean_diameter
           << " mean diameters wide, at least 12 are needed";
     throw std::runtime_error(error.str());
   }
-  for (int c = 0; c < 2; ++c)
+  // The skin disturbs about three diameters. In 3D samples are small, so the window is as large as that allows.
+  const double inset = dim == 2 ? 5. : 3., longest_taper = dim == 2 ? 12. : 3.;
+  for (int c = 0; c < dim; ++c)
   {
-    const double inset = std::min(5. * m_mean_diameter, side[c] / 4.); // the skin disturbs about three diameters
-    m_window_lower[c] = m_lower[c] + inset;
-    m_window_upper[c] = m_upper[c] - inset;
-    m_taper[c] = std::min(12. * m_mean_diameter, 0.45 * (side[c] - 2. * inset));
+    const double from_side = std::min(inset * m_mean_diameter, side[c] / 4.);
+    m_window_lower[c] = m_lower[c] + from_side;
+    m_window_upper[c] = m_upper[c] - from_side;
+    m_taper[c] = std::min(longest_taper * m_mean_diameter, 0.45 * (side[c] - 2. * from_side));
   }
 }
 
-double BondSample::window(const Eigen::Vector2d &x) const
+template <int dim>
+double BondSampleOf<dim>::window(const Vector &x) const
 {
   double value = 1.;
-  for (int c = 0; c < 2; ++c)
+  for (int c = 0; c < dim; ++c)
     value *= smooth_step((x[c] - m_window_lower[c]) / m_taper[c]) * smooth_step((m_window_upper[c] - x[c]) / m_taper[c]);
   return value;
 }
 
-void BondSample::collect(const Packing &packing)
+template <int dim>
+void BondSampleOf<dim>::collect(const Packing &packing)
 {
   std::vector<int> sample_index(packing.size(), -1);
+  std::vector<char> counts(packing.size(), 0);
   const double skin = 1.5 * m_mean_diameter;
   for (int i = 0; i < packing.size(); ++i)
   {
-    const Eigen::Vector2d x = packing.positions.col(i).head<2>();
+    const Vector x = packing.positions.col(i).template head<dim>();
     const double inside = std::min((x - m_lower).minCoeff(), (m_upper - x).minCoeff());
     if (inside < 0.)
       continue;
     sample_index[i] = static_cast<int>(m_centres.size());
     m_centres.push_back(x);
+    m_weights.push_back(window(x));
+    counts[i] = m_weights.back() > 0.;
     m_first_unknown.push_back(inside < skin ? -1 : m_unknowns);
     if (inside >= skin)
-      m_unknowns += 3;
+      m_unknowns += dofs;
   }
+  const Eigen::VectorXd volumes = laguerre_volumes(packing, counts);
+  for (int i = 0; i < packing.size(); ++i)
+    if (sample_index[i] >= 0)
+      m_volumes.push_back(volumes[i]);
   for (const auto &[a, b] : packing.bonds)
   {
     if (sample_index[a] < 0 || sample_index[b] < 0)
@@ -114,54 +179,65 @@ void BondSample::collect(const Packing &packing)
     Bond bond;
     bond.i = sample_index[a];
     bond.j = sample_index[b];
-    const Eigen::Vector2d x_i = m_centres[bond.i], x_j = m_centres[bond.j];
-    bond.branch = x_j - x_i;
-    const double length = bond.branch.norm();
-    bond.normal = bond.branch / length;
+    const Vector branch = m_centres[bond.j] - m_centres[bond.i];
+    const double length = branch.norm();
+    bond.normal = branch / length;
     bond.lever_i = length * packing.radii[a] / (packing.radii[a] + packing.radii[b]);
     bond.lever_j = length - bond.lever_i;
-    // Gauss integration of the window function along the branch.
-    const double offset = std::sqrt(0.15);
-    bond.weight = (8. * window(x_i + 0.5 * bond.branch) + 5. * window(x_i + (0.5 - offset) * bond.branch) +
-                   5. * window(x_i + (0.5 + offset) * bond.branch)) /
-                  18.;
-    for (int k = 0; k < 3; ++k)
-    {
-      const Eigen::Vector2d relative = strain_cases()[k] * bond.branch;
-      bond.stretch[k] = bond.normal.dot(relative);
-      bond.shear[k] = tangent(bond.normal).dot(relative);
-    }
     m_bonds.push_back(bond);
   }
 }
 
-void BondSample::assemble()
+template <int dim>
+typename BondSampleOf<dim>::Kinematics BondSampleOf<dim>::kinematics(const Bond &bond) const
+{
+  Eigen::Matrix<double, dim, 2 *dofs> matrix = relative_displacement<dim>(bond.normal, bond.lever_i, bond.lever_j);
+  // Rotations are stored times the mean radius.
+  matrix.template middleCols<dofs - dim>(dim) *= 2. / m_mean_diameter;
+  matrix.template rightCols<dofs - dim>() *= 2. / m_mean_diameter;
+  return matrix;
+}
+
+template <int dim>
+typename BondSampleOf<dim>::Jump BondSampleOf<dim>::uniform_jump(const Bond &bond) const
+{
+  Jump jump;
+  for (int k = 0; k < n_strains; ++k)
+    jump.col(k) = strain_cases()[k] * ((bond.lever_i + bond.lever_j) * bond.normal);
+  return jump;
+}
+
+template <int dim>
+void BondSampleOf<dim>::assemble()
 {
   std::vector<Eigen::Triplet<double>> normal, tangential;
-  m_normal_load.setZero(m_unknowns, 3);
-  m_tangential_load.setZero(m_unknowns, 3);
-  const double scale = 2. / m_mean_diameter; // rotations are stored times the mean radius
+  normal.reserve(m_bonds.size() * dofs * (2 * dofs + 1) + m_unknowns);
+  tangential.reserve(normal.capacity());
+  m_normal_load.setZero(m_unknowns, n_strains);
+  m_tangential_load.setZero(m_unknowns, n_strains);
   for (const Bond &bond : m_bonds)
   {
-    const Eigen::Vector2d n = bond.normal, t = tangent(n);
-    Eigen::Matrix<double, 6, 1> b_n, b_t;
-    b_n << -n[0], -n[1], 0., n[0], n[1], 0.;
-    b_t << -t[0], -t[1], -bond.lever_i * scale, t[0], t[1], -bond.lever_j * scale;
+    const Tensor along = bond.normal * bond.normal.transpose(), across = Tensor::Identity() - along;
+    const Eigen::Matrix<double, dim, 2 *dofs> b = kinematics(bond);
+    const Eigen::Matrix<double, 2 * dofs, 2 *dofs> k_n = b.transpose() * along * b, k_t = b.transpose() * across * b;
+    const Jump jump = uniform_jump(bond);
+    const Eigen::Matrix<double, 2 * dofs, n_strains> load_n = b.transpose() * along * jump,
+                                                     load_t = b.transpose() * across * jump;
     const std::array<int, 2> first = {m_first_unknown[bond.i], m_first_unknown[bond.j]};
-    for (int r = 0; r < 6; ++r)
+    for (int r = 0; r < 2 * dofs; ++r)
     {
-      if (first[r / 3] < 0)
+      if (first[r / dofs] < 0)
         continue;
-      const int row = first[r / 3] + r % 3;
-      m_normal_load.row(row) -= b_n[r] * bond.stretch;
-      m_tangential_load.row(row) -= b_t[r] * bond.shear;
-      for (int c = 0; c < 6; ++c)
+      const int row = first[r / dofs] + r % dofs;
+      m_normal_load.row(row) -= load_n.row(r);
+      m_tangential_load.row(row) -= load_t.row(r);
+      for (int c = 0; c < 2 * dofs; ++c)
       {
-        const int column = first[c / 3] + c % 3;
-        if (first[c / 3] < 0 || column > row)
+        const int column = first[c / dofs] + c % dofs;
+        if (first[c / dofs] < 0 || column > row)
           continue;
-        normal.emplace_back(row, column, b_n[r] * b_n[c]);
-        tangential.emplace_back(row, column, b_t[r] * b_t[c]);
+        normal.emplace_back(row, column, k_n(r, c));
+        tangential.emplace_back(row, column, k_t(r, c));
       }
     }
   }
@@ -176,86 +252,133 @@ void BondSample::assemble()
   m_tangential.setFromTriplets(tangential.begin(), tangential.end());
 }
 
-Moduli BondSample::relaxed(double k_n, double k_t)
+template <int dim>
+typename BondSampleOf<dim>::Columns BondSampleOf<dim>::solve(double ratio)
+{
+  const bool is_first = m_normal.rows() == 0;
+  if (is_first)
+    assemble();
+  const double weak_diagonal = 1e-10;
+  Eigen::SparseMatrix<double> matrix = m_normal + ratio * m_tangential;
+  matrix.diagonal().array() += weak_diagonal;
+  const Columns load = m_normal_load + ratio * m_tangential_load;
+  if constexpr (dim == 2)
+  {
+    if (is_first)
+      m_cholesky.analyzePattern(matrix);
+    m_cholesky.factorize(matrix);
+    if (m_cholesky.info() != Eigen::Success)
+      throw std::runtime_error("elastic moduli: the stiffness matrix of the bonds cannot be factorised");
+    return m_cholesky.solve(load);
+  }
+  else
+  {
+    // Fill-in makes a factorisation of a 3D network many times more expensive.
+    Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::IncompleteCholesky<double>> solver;
+    solver.setTolerance(1e-9); // energy, hence moduli, is off by its square
+    solver.setMaxIterations(5000);
+    solver.compute(matrix);
+    if (solver.info() != Eigen::Success)
+      throw std::runtime_error("elastic moduli: the stiffness matrix of the bonds cannot be preconditioned");
+    if (m_last_solution.rows() == 0)
+      m_last_solution.setZero(m_unknowns, n_strains);
+    for (int k = 0; k < n_strains; ++k)
+    {
+      // Of a lattice the load is round-off, which no iteration can solve to a relative tolerance.
+      if (load.col(k).norm() <= 1e-12 * m_mean_diameter * std::sqrt(double(m_unknowns)))
+        m_last_solution.col(k).setZero();
+      else
+        m_last_solution.col(k) = solver.solveWithGuess(load.col(k), m_last_solution.col(k)).eval();
+      if (solver.info() != Eigen::Success)
+        throw std::runtime_error("elastic moduli: the static solve of the bonds does not converge");
+    }
+    return m_last_solution;
+  }
+}
+
+template <int dim>
+Moduli BondSampleOf<dim>::relaxed(double k_n, double k_t)
 {
   // One k_n scales everything, so solve with k_n = 1.
-  const double kappa = k_t / k_n, weak_diagonal = 1e-10;
-  Eigen::SparseMatrix<double> matrix = m_normal + kappa * m_tangential;
-  matrix.diagonal().array() += weak_diagonal;
-  if (!m_analysed)
-    m_solver.analyzePattern(matrix);
-  m_analysed = true;
-  m_solver.factorize(matrix);
-  if (m_solver.info() != Eigen::Success)
-    throw std::runtime_error("elastic moduli: the stiffness matrix of the bonds cannot be factorised");
-  const Eigen::MatrixX3d solution = m_solver.solve(m_normal_load + kappa * m_tangential_load);
-
+  const Columns solution = solve(k_t / k_n);
   std::vector<Fluctuation> fluctuation(m_centres.size(), Fluctuation::Zero());
   for (std::size_t i = 0; i < m_centres.size(); ++i)
     if (m_first_unknown[i] >= 0)
-      fluctuation[i] = solution.middleRows<3>(m_first_unknown[i]);
+      fluctuation[i] = solution.template middleRows<dofs>(m_first_unknown[i]);
   return moduli(k_n, k_t, fluctuation);
 }
 
-Moduli BondSample::affine(double k_n, double k_t) const
+template <int dim>
+Moduli BondSampleOf<dim>::affine(double k_n, double k_t) const
 {
   return moduli(k_n, k_t, std::vector<Fluctuation>(m_centres.size(), Fluctuation::Zero()));
 }
 
-Moduli BondSample::moduli(double k_n, double k_t, const std::vector<Fluctuation> &fluctuation) const
+template <int dim>
+Moduli BondSampleOf<dim>::moduli(double k_n, double k_t, const std::vector<Fluctuation> &fluctuation) const
 {
   // Strain: least-squares gradient of the displacement, weighted by the window.
-  double weight_sum = 0.;
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-  std::vector<double> weights(m_centres.size());
+  double weight_sum = 0., volume = 0.;
+  Vector centre = Vector::Zero();
   for (std::size_t i = 0; i < m_centres.size(); ++i)
   {
-    weights[i] = window(m_centres[i]);
-    weight_sum += weights[i];
-    centre += weights[i] * m_centres[i];
+    weight_sum += m_weights[i];
+    volume += m_weights[i] * m_volumes[i];
+    centre += m_weights[i] * m_centres[i];
   }
   centre /= weight_sum;
-  Eigen::Matrix2d moment = Eigen::Matrix2d::Zero();
-  std::array<Eigen::Matrix2d, 3> covariance = {Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()};
+  Tensor moment = Tensor::Zero();
+  std::array<Tensor, n_strains> covariance;
+  covariance.fill(Tensor::Zero());
   for (std::size_t i = 0; i < m_centres.size(); ++i)
   {
-    const Eigen::RowVector2d arm = (m_centres[i] - centre).transpose();
-    moment += weights[i] * arm.transpose() * arm;
-    for (int k = 0; k < 3; ++k)
-      covariance[k] += weights[i] * fluctuation[i].col(k).head<2>() * arm;
+    const Eigen::Matrix<double, 1, dim> arm = (m_centres[i] - centre).transpose();
+    moment += m_weights[i] * arm.transpose() * arm;
+    for (int k = 0; k < n_strains; ++k)
+      covariance[k] += m_weights[i] * fluctuation[i].col(k).template head<dim>() * arm;
   }
-  Eigen::Matrix3d strain;
-  for (int k = 0; k < 3; ++k)
+  Eigen::Matrix<double, n_strains, n_strains> strain, stress;
+  for (int k = 0; k < n_strains; ++k)
   {
-    const Eigen::Matrix2d gradient = strain_cases()[k] + covariance[k] * moment.inverse();
-    strain.col(k) << gradient(0, 0), gradient(1, 1), gradient(0, 1) + gradient(1, 0);
+    strain.col(k) = components(strain_cases()[k] + covariance[k] * moment.inverse());
+    strain.col(k).template tail<n_strains - dim>() *= 2.;
   }
 
-  // Stress: force times branch, each bond counted by the window function along it, over the integral of the window function.
-  Eigen::Matrix3d stress = Eigen::Matrix3d::Zero();
-  const double scale = 2. / m_mean_diameter;
+  // Stress: force times arm of the contacts of each particle, over the volume of its cell.
+  std::array<Tensor, n_strains> virial;
+  virial.fill(Tensor::Zero());
   for (const Bond &bond : m_bonds)
   {
-    if (bond.weight == 0.)
+    const double weight = m_weights[bond.i] * bond.lever_i + m_weights[bond.j] * bond.lever_j;
+    if (weight == 0.)
       continue;
-    const Eigen::Vector2d n = bond.normal, t = tangent(n), l = bond.branch;
-    const Fluctuation &u_i = fluctuation[bond.i], &u_j = fluctuation[bond.j];
-    const Eigen::Matrix<double, 2, 3> relative = u_j.topRows<2>() - u_i.topRows<2>();
-    const Eigen::RowVector3d normal_force = k_n * (bond.stretch + n.transpose() * relative);
-    const Eigen::RowVector3d rolling = scale * (bond.lever_i * u_i.row(2) + bond.lever_j * u_j.row(2));
-    const Eigen::RowVector3d tangential_force = k_t * (bond.shear + t.transpose() * relative - rolling);
-    const Eigen::Matrix<double, 2, 3> force = n * normal_force + t * tangential_force;
-    stress.row(0) += bond.weight * force.row(0) * l[0];
-    stress.row(1) += bond.weight * force.row(1) * l[1];
-    stress.row(2) += bond.weight * 0.5 * (force.row(0) * l[1] + force.row(1) * l[0]);
+    Eigen::Matrix<double, 2 * dofs, n_strains> q;
+    q << fluctuation[bond.i], fluctuation[bond.j];
+    const Jump jump = uniform_jump(bond) + kinematics(bond) * q;
+    const Jump force = k_t * jump + (k_n - k_t) * bond.normal * (bond.normal.transpose() * jump);
+    for (int k = 0; k < n_strains; ++k)
+      virial[k] += weight * force.col(k) * bond.normal.transpose();
   }
-  // The smooth step is antisymmetric about its middle: each taper counts half.
-  stress /= (m_window_upper - m_window_lower - m_taper).prod();
+  for (int k = 0; k < n_strains; ++k)
+    stress.col(k) = components(virial[k] / volume);
 
   Moduli result;
-  const Eigen::Matrix3d stiffness = stress * strain.inverse();
+  const Eigen::Matrix<double, n_strains, n_strains> stiffness = stress * strain.inverse();
   result.stiffness = (stiffness + stiffness.transpose()) / 2.;
-  fit_isotropic(result);
+  fit_isotropic<dim>(result);
+  find_axis_moduli<dim>(result);
   return result;
+}
+
+template class BondSampleOf<2>;
+template class BondSampleOf<3>;
+
+std::unique_ptr<BondSample> make_bond_sample(const Packing &packing, int sample_size)
+{
+  if (packing.dim == 2)
+    return std::make_unique<BondSampleOf<2>>(packing, sample_size);
+  if (packing.dim == 3)
+    return std::make_unique<BondSampleOf<3>>(packing, sample_size);
+  throw std::runtime_error("elastic moduli: the packing must be 2D or 3D");
 }
 } // namespace kerf::dem

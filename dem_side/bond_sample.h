@@ -5,51 +5,77 @@
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <memory>
 
 namespace kerf::dem
 {
-/// A rectangular sample of a 2D packing under three uniform strains (xx, yy, 2 xy): the static problem of its bond network.
-/// Particles of the outer skin follow the strain without rotation, the others are free. Unknowns are the fluctuations about the
-/// uniform strain, so that the weak diagonal that keeps loose parts solvable acts on nothing else, and a lattice, which has no
-/// fluctuation, comes out exact.
+/// A rectangular sample of a packing under uniform strains: the static problem of its bond network.
 class BondSample
 {
 public:
-  explicit BondSample(const Packing &packing, int sample_size = 20000);
-
-  /// Moduli with the free particles in equilibrium. The symbolic factorisation is kept between calls.
-  Moduli relaxed(double k_n, double k_t);
+  virtual ~BondSample() = default;
+  /// Moduli with the free particles in equilibrium. What can be kept between calls (symbolic factorisation, last solution) is.
+  virtual Moduli relaxed(double k_n, double k_t) = 0;
   /// Moduli with all particles following the strain.
-  Moduli affine(double k_n, double k_t) const;
+  virtual Moduli affine(double k_n, double k_t) const = 0;
+};
+std::unique_ptr<BondSample> make_bond_sample(const Packing &packing, int sample_size = 20000);
+
+/// Particles of the outer skin follow the strain without rotation, the others are free. Unknowns are the fluctuations about the
+/// uniform strain, so that the weak diagonal that keeps loose parts solvable acts on nothing else. The stress of a particle
+/// comes with the volume of its Laguerre cell, both weighted by a window function. So a lattice, which has no fluctuation and
+/// equal cells, comes out exact.
+template <int dim>
+class BondSampleOf : public BondSample
+{
+public:
+  BondSampleOf(const Packing &packing, int sample_size);
+
+  Moduli relaxed(double k_n, double k_t) override;
+  Moduli affine(double k_n, double k_t) const override;
 
 private:
+  static constexpr int n_strains = dim * (dim + 1) / 2;
+  static constexpr int dofs = dim == 2 ? 3 : 6;
+  using Vector = Eigen::Matrix<double, dim, 1>;
+  using Tensor = Eigen::Matrix<double, dim, dim>;
+  using Components = Eigen::Matrix<double, n_strains, 1>;
+  /// Row: (translation, rotation * mean radius), column: strain case.
+  using Fluctuation = Eigen::Matrix<double, dofs, n_strains>;
+  using Kinematics = Eigen::Matrix<double, dim, 2 * dofs>;
+  using Jump = Eigen::Matrix<double, dim, n_strains>; ///< relative displacement at the contact in all strain cases [m]
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, n_strains>;
+
   struct Bond
   {
-    int i, j;                          ///< particles of the sample
-    Eigen::Vector2d normal, branch;    ///< unit vector and vector from i to j
-    double lever_i, lever_j;           ///< contact point from the centres [m]
-    double weight;                     ///< mean of the window function along the branch
-    Eigen::RowVector3d stretch, shear; ///< relative displacement in the three uniform strains [m]
+    int i, j;                ///< particles of the sample
+    Vector normal;           ///< unit vector from i to j
+    double lever_i, lever_j; ///< contact point from the centres [m]
   };
-  using Fluctuation = Eigen::Matrix<double, 3, 3>; ///< (u_x, u_y, rotation * mean radius) x strain case
 
+  static const std::array<Tensor, n_strains> &strain_cases();
+  static Components components(const Tensor &tensor);
   void choose_window(const Packing &packing, int sample_size);
   void collect(const Packing &packing);
   void assemble();
-  double window(const Eigen::Vector2d &x) const;
+  Kinematics kinematics(const Bond &bond) const;
+  Jump uniform_jump(const Bond &bond) const;
+  double window(const Vector &x) const;
+  Columns solve(double ratio);
   Moduli moduli(double k_n, double k_t, const std::vector<Fluctuation> &fluctuation) const;
 
   double m_mean_diameter = 0.;
-  Eigen::Vector2d m_lower, m_upper;               ///< of the sample
-  Eigen::Vector2d m_window_lower, m_window_upper; ///< support of the window function
-  Eigen::Vector2d m_taper;
-  std::vector<Eigen::Vector2d> m_centres;
-  std::vector<int> m_first_unknown; ///< of each particle, -1 in the skin
+  Vector m_lower, m_upper;               ///< of the sample
+  Vector m_window_lower, m_window_upper; ///< support of the window function
+  Vector m_taper;
+  std::vector<Vector> m_centres;
+  std::vector<double> m_weights, m_volumes; ///< of each particle: of the window function; of its cell
+  std::vector<int> m_first_unknown;         ///< of each particle, -1 in the skin
   std::vector<Bond> m_bonds;
   int m_unknowns = 0;
   Eigen::SparseMatrix<double> m_normal, m_tangential; ///< stiffness for k_n = 1 and k_t = 1, lower triangle, same pattern
-  Eigen::MatrixX3d m_normal_load, m_tangential_load;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> m_solver;
-  bool m_analysed = false;
+  Columns m_normal_load, m_tangential_load;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> m_cholesky;
+  Columns m_last_solution;
 };
 } // namespace kerf::dem

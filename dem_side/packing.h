@@ -22,6 +22,20 @@ struct ElasticCalibration
   double achieved_young = 0.;   ///< relaxed modulus of the packing [Pa] (plane strain in 2D)
   double achieved_poisson = 0.; ///< [-]
   double anisotropy = 0.;       ///< largest deviation of the relaxed tensor from its isotropic fit, relative [-]
+  Eigen::Vector3d axis_young = Eigen::Vector3d::Zero();   ///< relaxed modulus along each axis [Pa] (2D: x and y)
+  Eigen::Vector3d axis_poisson = Eigen::Vector3d::Zero(); ///< mean of the two ratios from each axis [-]
+};
+
+/// What a packing is judged by, stored with it. Lengths in mean diameters; 0: not measured, e.g. too small for a core.
+struct PackingQuality
+{
+  double solid_fraction = 0.;      ///< of the whole volume that is filled
+  double core_solid_fraction = 0.; ///< away from the walls, over the particles' own cells
+  double coordination = 0.;        ///< bonds a particle
+  double core_coordination = 0.;
+  double largest_overlap = 0.;                      ///< between two particles [mean diameters]
+  Eigen::Vector3d fabric = Eigen::Vector3d::Zero(); ///< eigenvalues of the mean of n (x) n over the core's bonds, rising; sum 1
+  double isotropy = 0.;                             ///< smallest / largest of them; 1: isotropic
 };
 
 /// Bond strengths that give packings of this kind the strengths of the rock, from simulated tests on several packings.
@@ -59,6 +73,7 @@ struct Packing
   std::vector<std::array<int, 2>> bonds; ///< index pairs, first < second, sorted, no doubles
   ElasticCalibration calibration;
   StrengthCalibration strength;
+  PackingQuality quality; ///< of the time when it was made
 
   int size() const { return static_cast<int>(radii.size()); }
   double volume(int i) const;    ///< pi r^2 (2D) or 4/3 pi r^3 (3D)

@@ -3,6 +3,7 @@
 
 #include "dem_side/cell_list.h"
 #include "dem_side/compaction.h"
+#include "dem_side/packing_quality.h"
 
 #include <sstream>
 #include <stdexcept>
@@ -268,6 +269,7 @@ Packing generate_packing(const PackingSettings &wanted, const Progress &progress
   }
   if (packing.size() == 0)
     throw std::runtime_error("packing: no particles are left, use smaller ones");
+  packing.quality = measure_quality(packing);
   if (progress)
   {
     std::ostringstream text;

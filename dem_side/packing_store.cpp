@@ -10,7 +10,7 @@ namespace kerf::dem
 namespace
 {
 const std::string format_name = "kerf packing";
-constexpr std::int64_t format_version = 1;
+constexpr std::int64_t format_version = 2;
 
 /// The calibration's values with their names in the file.
 template <class Calibration, class Visitor>
@@ -46,6 +46,23 @@ void visit_strengths(Strength &strength, const Visit &visit)
   visit("strength_packings", strength.n_packings);
 }
 
+/// Likewise, of the numbers of the quality.
+template <class Quality, class Visitor>
+void visit_quality(Quality &quality, Visitor &&visit)
+{
+  visit("solid_fraction", quality.solid_fraction);
+  visit("core_solid_fraction", quality.core_solid_fraction);
+  visit("coordination", quality.coordination);
+  visit("core_coordination", quality.core_coordination);
+  visit("largest_overlap", quality.largest_overlap);
+  visit("isotropy", quality.isotropy);
+}
+
+std::vector<double> three(const Eigen::Vector3d &x)
+{
+  return {x[0], x[1], x[2]};
+}
+
 Eigen::Vector3d point(const Hdf5Reader &file, const std::string &name)
 {
   const std::vector<double> values = file.numbers(name);
@@ -76,16 +93,25 @@ void save_packing(const Packing &packing, const std::string &path)
   Hdf5Writer file(path);
   file.attribute("format", format_name);
   file.attribute("version", format_version);
-  file.attribute("units", std::string("positions, radii, mean_diameter, box: m; k_n, k_t: N/m (2D: N/m per m); young: Pa"));
+  file.attribute(
+    "units",
+    std::string(
+      "positions, radii, mean_diameter, box: m; k_n, k_t: N/m (2D: N/m per m); largest_overlap: mean diameters; young: Pa"));
   file.attribute("kind", packing.kind);
   file.attribute("dim", packing.dim);
   file.attribute("seed", std::int64_t(packing.seed));
   file.attribute("gap_tolerance", packing.gap_tolerance);
   file.attribute("mean_diameter", packing.mean_diameter);
-  file.attribute("lower", std::vector<double>{packing.lower[0], packing.lower[1], packing.lower[2]});
-  file.attribute("upper", std::vector<double>{packing.upper[0], packing.upper[1], packing.upper[2]});
-  visit_values(packing.calibration, [&](const char *name, double value) { file.attribute(name, value); });
-  visit_strengths(packing.strength, [&](const char *name, double value) { file.attribute(name, value); });
+  file.attribute("lower", three(packing.lower));
+  file.attribute("upper", three(packing.upper));
+  file.attribute("volume_filled", packing.volume_filled);
+  const auto write = [&](const char *name, double value) { file.attribute(name, value); };
+  visit_values(packing.calibration, write);
+  file.attribute("axis_young", three(packing.calibration.axis_young));
+  file.attribute("axis_poisson", three(packing.calibration.axis_poisson));
+  visit_quality(packing.quality, write);
+  file.attribute("fabric", three(packing.quality.fabric));
+  visit_strengths(packing.strength, write);
   // A column of the matrix is a particle, so its memory is the table row by row.
   file.table("positions", packing.positions.data(), packing.positions.cols(), 3);
   file.table("radii", packing.radii.data(), packing.radii.size());
@@ -118,9 +144,15 @@ Packing load_packing(const std::string &path)
   packing.mean_diameter = file.number("mean_diameter");
   packing.lower = point(file, "lower");
   packing.upper = point(file, "upper");
-  visit_values(packing.calibration, [&](const char *name, double &value) { value = file.number(name); });
+  packing.volume_filled = file.number("volume_filled");
+  const auto read = [&](const char *name, double &value) { value = file.number(name); };
+  visit_values(packing.calibration, read);
+  packing.calibration.axis_young = point(file, "axis_young");
+  packing.calibration.axis_poisson = point(file, "axis_poisson");
+  visit_quality(packing.quality, read);
+  packing.quality.fabric = point(file, "fabric");
   if (file.has_attribute("R_n")) // stores made before there was a strength calibration
-    visit_strengths(packing.strength, [&](const char *name, double &value) { value = file.number(name); });
+    visit_strengths(packing.strength, read);
 
   const std::vector<double> positions = file.table("positions", 3), radii = file.table("radii");
   const std::vector<int> bonds = file.integer_table("bonds", 2);

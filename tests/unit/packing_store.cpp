@@ -28,7 +28,10 @@ protected:
     settings.upper = {1.3, 3.1, 0.};
     packing = generate_packing(settings);
     packing.seed = 4294967295u;
-    packing.calibration = {3.1e10, 1.7e9, 4.0e10, 0.23, 4.0000001e10, 0.2300001, 0.0123};
+    packing.calibration = {3.1e10,          1.7e9, 4.0e10, 0.23, 4.0000001e10, 0.2300001, 0.0123, {1.1e10, 1.3e10, 0.},
+                           {0.21, 0.23, 0.}};
+    packing.volume_filled = 5.7;
+    packing.quality = {0.91, 0.905, 5.1, 5.9, 1e-3, {0.49, 0.51, 0.}, 0.96};
   }
   void TearDown() override { std::filesystem::remove_all(directory); }
 
@@ -97,6 +100,16 @@ TEST_F(PackingStore, RoundTripIsExact)
   EXPECT_EQ(loaded.calibration.achieved_young, packing.calibration.achieved_young);
   EXPECT_EQ(loaded.calibration.achieved_poisson, packing.calibration.achieved_poisson);
   EXPECT_EQ(loaded.calibration.anisotropy, packing.calibration.anisotropy);
+  EXPECT_EQ(loaded.calibration.axis_young, packing.calibration.axis_young);
+  EXPECT_EQ(loaded.calibration.axis_poisson, packing.calibration.axis_poisson);
+  EXPECT_EQ(loaded.volume_filled, packing.volume_filled);
+  EXPECT_EQ(loaded.quality.solid_fraction, packing.quality.solid_fraction);
+  EXPECT_EQ(loaded.quality.core_solid_fraction, packing.quality.core_solid_fraction);
+  EXPECT_EQ(loaded.quality.coordination, packing.quality.coordination);
+  EXPECT_EQ(loaded.quality.core_coordination, packing.quality.core_coordination);
+  EXPECT_EQ(loaded.quality.largest_overlap, packing.quality.largest_overlap);
+  EXPECT_EQ(loaded.quality.fabric, packing.quality.fabric);
+  EXPECT_EQ(loaded.quality.isotropy, packing.quality.isotropy);
 }
 
 TEST_F(PackingStore, OverwritesOnlyWhenComplete)
@@ -133,7 +146,7 @@ TEST_F(PackingStore, FilesThatAreNoPackings)
 TEST_F(PackingStore, DamagedPackingsAreNamed)
 {
   EXPECT_EQ(error_after([](hid_t file) { set_number(file, "version", 7.); }),
-            "has packing format version 7, this program reads version 1");
+            "has packing format version 7, this program reads version 2");
   EXPECT_EQ(error_after([](hid_t file) { set_number(file, "dim", 4.); }), "dim must be 2 or 3, not 4");
   EXPECT_EQ(error_after([](hid_t file) { set_number(file, "seed", 0.5); }), "attribute 'seed' is not a whole number");
   EXPECT_EQ(error_after([](hid_t file) { set_number(file, "kind", 1.); }), "attribute 'kind' is not a text");

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/packing_space.h"
+
+#include "coupler/input_error.h"
+
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+dem::SurfaceMesh boundary_of(const fem::Mesh &mesh)
+{
+  dem::SurfaceMesh surface;
+  surface.points = mesh.nodes;
+  for (const fem::BoundaryFace &face : mesh.boundary)
+  {
+    const auto &n = face.nodes; // lexicographic: 0 1 along one side, 2 3 along the opposite one
+    if (mesh.dim == 2)
+      surface.facets.push_back({n[0], n[1], -1});
+    else
+    {
+      surface.facets.push_back({n[0], n[1], n[3]});
+      surface.facets.push_back({n[0], n[3], n[2]});
+    }
+  }
+  return surface;
+}
+
+Box box_around(const Eigen::Matrix3Xd &points)
+{
+  return {points.rowwise().minCoeff(), points.rowwise().maxCoeff()};
+}
+} // namespace
+
+PackingSpace find_packing_space(const Case &settings, const fem::Mesh &mesh)
+{
+  const Box mesh_box = box_around(mesh.nodes);
+  const bool from_file = !settings.packing_surface_file.empty();
+  const std::string section = settings.directory + "/case.prm: Packing/Surface: ";
+  if (from_file && mesh.dim == 2)
+    throw InputError(section + "an STL surface needs a mesh in three dimensions; leave it empty in two");
+  PackingSpace space;
+  try
+  {
+    const dem::SurfaceMesh surface = from_file ? dem::read_stl(settings.packing_surface_file) : boundary_of(mesh);
+    const dem::ClosedSurface closed(mesh.dim, surface, settings.packing.mean_diameter);
+    space.box = {closed.lower(), closed.upper()};
+    space.volume = closed.volume();
+    const double box_volume = (mesh_box.upper - mesh_box.lower).head(mesh.dim).prod();
+    if (from_file || space.volume < (1. - 1e-6) * box_volume)
+      space.surface = std::make_shared<dem::SurfaceMesh>(surface);
+    else
+      space.volume = box_volume;
+  }
+  catch (const std::runtime_error &error)
+  {
+    throw InputError((from_file ? section : settings.directory + "/case.prm: Mesh: ") + error.what());
+  }
+  for (int c = 0; from_file && c < mesh.dim; ++c)
+  {
+    const double slack = 1e-6 * (mesh_box.upper[c] - mesh_box.lower[c]);
+    if (space.box.lower[c] < mesh_box.lower[c] - slack || space.box.upper[c] > mesh_box.upper[c] + slack)
+    {
+      std::ostringstream text;
+      text << section << settings.packing_surface_file << " reaches from " << space.box.lower[c] << " to " << space.box.upper[c]
+           << " m along "
+           << "xyz"[c] << ", it must be inside of the mesh, " << mesh_box.lower[c] << " to " << mesh_box.upper[c];
+      throw InputError(text.str());
+    }
+  }
+  return space;
+}
+} // namespace kerf
