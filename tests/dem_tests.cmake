@@ -18,6 +18,9 @@ set_tests_properties(dem_ranks_4_ranks PROPERTIES LABELS dem TIMEOUT 600 PROCESS
 kerf_test(dem_energy LABEL dem RANKS 2
           SOURCES verification/dem_energy_test.cpp
           LIBRARIES kerf_coupling)
+kerf_test(dem_crush_step LABEL dem
+          SOURCES verification/dem_crush_step_test.cpp
+          LIBRARIES kerf_coupling)
 kerf_test(export_3d LABEL dem
           SOURCES verification/export_3d.cpp
           LIBRARIES kerf_application)
