@@ -7,6 +7,7 @@ kerf_test(dem_tests LABEL dem RANKS 2
           LIBRARIES kerf_dem)
 kerf_test(dem_verification LABEL dem
           SOURCES verification/dem_conservation_test.cpp verification/dem_time_step_test.cpp
+                  verification/dem_lattice_test.cpp
           LIBRARIES kerf_dem)
 kerf_test(dem_ranks LABEL dem RANKS 2
           SOURCES verification/dem_ranks_test.cpp
