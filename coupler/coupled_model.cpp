@@ -270,12 +270,20 @@ double particle_density(const Case &settings, const dem::Packing &packing)
   return settings.rock.density / packing.solid_fraction();
 }
 
+double particle_frequency(const dem::Packing &packing, double k_n, double k_t, double density)
+{
+  constexpr double pressed = 0.5; // gap / mean radius of pairs that touch where the rock is pressed together
+  dem::Packing contacts = packing;
+  dem::bond_by_gap(contacts, std::max(pressed, packing.gap_tolerance));
+  return std::max(dem::largest_frequency(packing, k_n, k_t, density), dem::largest_frequency(contacts, k_n, k_t, density));
+}
+
 StableSteps stable_steps(const Case &settings, Mode mode, const fem::FemSide &fem, const dem::Packing &packing)
 {
   StableSteps steps;
   steps.fem = fem.stable_step();
   const double density = particle_density(settings, packing);
-  const double omega = dem::largest_frequency(packing, settings.bond.k_n, settings.bond.k_t, density);
+  const double omega = particle_frequency(packing, settings.bond.k_n, settings.bond.k_t, density);
   // Contact damping is a fraction xi of critical for a pair; the highest mode of the pack sees it through more contacts,
   // xi_max = xi omega_max sqrt(m/(2 k_n)). Limit with damping: (2/omega) (sqrt(1 + xi^2) - xi).
   double mass = 0.;

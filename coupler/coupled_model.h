@@ -113,12 +113,17 @@ private:
 struct StableSteps
 {
   double fem = 0.;     ///< 2/omega_max of the finite elements
-  double dem = 0.;     ///< 2/omega_max of the bonded pack, less contact damping
+  double dem = 0.;     ///< 2/omega_max of the pack, bonded or broken, less contact damping
   double coupled = 0.; ///< largest step the run may use
 };
 
 /// Limits for a mode: the smaller of the sides that take part, lowered by the penalty, omega^2 dt^2 + beta <= 4.
 StableSteps stable_steps(const Case &settings, Mode mode, const fem::FemSide &fem, const dem::Packing &packing);
+
+/// Largest angular frequency of the particles, whole or broken [rad/s]. Broken rock has the stiffness of a bond in each contact
+/// that sticks, and where it is pressed together particles have contacts they had no bonds for. So the network of all pairs
+/// with a gap below half a mean radius counts, too: pressed together by that, more than 20 % of a diameter, all of them touch.
+double particle_frequency(const dem::Packing &packing, double k_n, double k_t, double density);
 
 /// What the particle side of a case is set up with.
 dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);

@@ -8,6 +8,7 @@ kerf_test(dem_tests LABEL dem RANKS 2
           LIBRARIES kerf_dem)
 kerf_test(dem_verification LABEL dem
           SOURCES verification/dem_conservation_test.cpp verification/dem_time_step_test.cpp
+                  verification/dem_lattice_test.cpp
           LIBRARIES kerf_dem)
 kerf_test(dem_ranks LABEL dem RANKS 2
           SOURCES verification/dem_ranks_test.cpp
@@ -18,6 +19,9 @@ add_test(NAME dem_ranks_4_ranks
 set_tests_properties(dem_ranks_4_ranks PROPERTIES LABELS dem TIMEOUT 600 PROCESSORS 4)
 kerf_test(dem_energy LABEL dem RANKS 2
           SOURCES verification/dem_energy_test.cpp
+          LIBRARIES kerf_coupling)
+kerf_test(dem_crush_step LABEL dem
+          SOURCES verification/dem_crush_step_test.cpp
           LIBRARIES kerf_coupling)
 kerf_test(export_3d LABEL dem
           SOURCES verification/export_3d.cpp
