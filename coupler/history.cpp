@@ -32,6 +32,7 @@ const std::vector<HistoryColumn> &history_columns()
     {"work_boundary", "J", "done by velocity boundaries", [](Row r) { return r.energy.boundary_work; }},
     {"platen_closing", "m", "of the platens since the start", [](Row r) { return r.specimen.closing; }},
     {"nominal_stress", "Pa", "force of the platens / area", [](Row r) { return r.specimen.stress; }},
+    {"middle_stress", "Pa", "along y in the middle of a specimen", [](Row r) { return r.specimen.middle_stress; }},
     {"axial_strain", "1", "shortening of the middle of a specimen", [](Row r) { return r.specimen.axial_strain; }},
     {"lateral_strain", "1", "widening of the middle of a specimen", [](Row r) { return r.specimen.lateral_strain; }},
     {"energy_finite_step", "J", "correction of energy_kinetic by the finite step, closes the balance",

@@ -12,6 +12,7 @@ struct SpecimenState
 {
   double closing = 0.;        ///< of the platens since the start [m]
   double stress = 0.;         ///< box: force / cross-section; disc: 2 P/(pi D t), tension at its centre [Pa]
+  double middle_stress = 0.;  ///< along y in the middle of a body of particles, by the virial of its bonds [Pa]
   double axial_strain = 0.;   ///< shortening along y of the middle of the specimen [-]
   double lateral_strain = 0.; ///< widening across y, mean of x and z in three dimensions [-]
   std::int64_t broken_bonds = 0;
@@ -19,6 +20,7 @@ struct SpecimenState
 
 /// Reads a loaded specimen: the platens' force as nominal stress, strains from a least-squares linear fit of the displacement
 /// of particles and nodes in the middle half of the body, where the platens' contact layer and end friction are not felt.
+/// The stress of the middle differs from the nominal one where a free side is looser packed than the inside.
 class SpecimenGauge
 {
 public:
@@ -29,6 +31,7 @@ public:
 
 private:
   bool inside(const Eigen::Vector3d &reference) const;
+  double virial_stress(const CoupledModel &model) const;
 
   int dim;
   const dem::Packing &packing;
@@ -42,7 +45,8 @@ struct SpecimenResult
 {
   double strength = 0.;      ///< largest nominal stress: UCS of a box, splitting (Brazilian) strength of a disc [Pa]
   double peak_strain = 0.;   ///< axial strain of the middle at that time [-]
-  double young = 0.;         ///< slope between 30 % and 70 % of the peak, brought from plane strain to E in 2D [Pa]; box only
+  double young = 0.;         ///< of the middle: slope between 30 % and 70 % of the peak, from plane strain in 2D [Pa]
+  double nominal_young = 0.; ///< likewise with the nominal stress [Pa]
   double poisson = 0.;       ///< from the same part of the curve [-]; box only
   double linear_broken = 0.; ///< share of all broken bonds of the record that broke before 70 % of the peak [-]
   bool peak_passed = false;  ///< the stress has fallen below 0.9 of the peak

@@ -188,8 +188,9 @@ void Tool::push_particles(const RigidBody &body, dem::Particles &particles, doub
   for (int i = 0; i < particles.n; ++i)
   {
     const double radius = particles.radius[i];
-    if (((particles.position.col(i) - touchable.upper).array() > radius).any() ||
-        ((touchable.lower - particles.position.col(i)).array() > radius).any())
+    const auto x = particles.position.col(i);
+    if (x[0] > touchable.upper[0] + radius || x[0] < touchable.lower[0] - radius || x[1] > touchable.upper[1] + radius ||
+        x[1] < touchable.lower[1] - radius)
       continue;
     NearestSurface surface = body.nearest(particles.position.col(i));
     surface.gap -= radius;

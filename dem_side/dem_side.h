@@ -89,9 +89,10 @@ struct BrokenBond
 struct ActiveBond
 {
   int first = -1, second = -1;
-  Eigen::Vector3d a, b;     ///< ends [m]
-  double normal_force = 0.; ///< tension positive, not weighted [N]
-  double shear_force = 0.;  ///< [N]
+  Eigen::Vector3d a, b;                            ///< ends [m]
+  double normal_force = 0.;                        ///< tension positive, not weighted [N]
+  double shear_force = 0.;                         ///< [N]
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(); ///< on the first end, of the bond's springs [N]
 };
 
 struct Energies

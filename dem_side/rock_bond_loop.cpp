@@ -444,8 +444,14 @@ std::vector<ActiveBond> RockBondLoop<dim>::bonds()
         pair = {j, i, -pair.sign, pair.share, pair.weight};
       const auto strain = bond_strain(pair, history);
       const int a = pair.first, b = pair.second;
-      bonds.push_back({tag[a] - 1, tag[b] - 1, vector<3>(lmp.atom->x[a]), vector<3>(lmp.atom->x[b]),
-                       parameters.bond.k_n * strain.elongation, parameters.bond.k_t * strain.shear.norm()});
+      ActiveBond bond{tag[a] - 1,
+                      tag[b] - 1,
+                      vector<3>(lmp.atom->x[a]),
+                      vector<3>(lmp.atom->x[b]),
+                      parameters.bond.k_n * strain.elongation,
+                      parameters.bond.k_t * strain.shear.norm()};
+      vector<dim>(bond.force.data()) = bond.normal_force * geometry(pair).normal + parameters.bond.k_t * strain.shear;
+      bonds.push_back(bond);
     });
   return bonds;
 }

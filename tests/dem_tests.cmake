@@ -30,3 +30,7 @@ kerf_test(export_3d LABEL dem
 add_test(NAME stand_alone COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/verification/stand_alone.py $<TARGET_FILE:kerf>
          ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
 set_tests_properties(stand_alone PROPERTIES LABELS dem TIMEOUT 600 PROCESSORS 2)
+
+add_test(NAME specimens COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/verification/specimens.py $<TARGET_FILE:kerf>
+         ${CMAKE_SOURCE_DIR}/cases)
+set_tests_properties(specimens PROPERTIES LABELS dem TIMEOUT 900)
