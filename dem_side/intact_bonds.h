@@ -64,7 +64,8 @@ template <int dim>
 void IntactBonds<dim>::assign(const std::vector<Bond> &bonds)
 {
   // Each lane takes a stretch of the list: the lanes of a batch belong to different particles, so that no lane waits for the
-  // sum that the one before has just written.
+  // sum that the one before has just written, but not to far ones, whose rows would not be in the cache together.
+  constexpr std::size_t stretch = 4096;
   const std::size_t n = (bonds.size() + Lanes::size - 1) / Lanes::size;
   batches.resize(n);
   viscosities.resize(n);
@@ -72,7 +73,8 @@ void IntactBonds<dim>::assign(const std::vector<Bond> &bonds)
   for (std::size_t batch = 0; batch < n; ++batch)
     for (int lane = 0; lane < Lanes::size; ++lane)
     {
-      const std::size_t k = lane * n + batch;
+      const std::size_t begin = batch / stretch * stretch, here = std::min(stretch, n - begin);
+      const std::size_t k = Lanes::size * begin + lane * here + batch - begin;
       const Bond &bond = bonds[std::min(k, bonds.size() - 1)];
       Batch &b = batches[batch];
       for (int c = 0; c < dim; ++c)
@@ -80,8 +82,8 @@ void IntactBonds<dim>::assign(const std::vector<Bond> &bonds)
       b.rest_length.set(lane, bond.rest_length);
       b.weight.set(lane, bond.weight);
       viscosities[batch].set(lane, bond.viscosity);
-      b.first[lane] = bond.first;
-      b.second[lane] = bond.second;
+      b.first.template set<ParticleRow<dim>>(lane, bond.first);
+      b.second.template set<ParticleRow<dim>>(lane, bond.second);
       places[Lanes::size * batch + lane] = bond.place;
       if (k >= bonds.size())
         drop(batch, lane);
@@ -110,6 +112,8 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
   for (std::size_t k = 0; k < batches.size(); ++k)
   {
     const Batch &batch = batches[k];
+    if constexpr (dim == 3) // in two dimensions the rows that are soon needed are in the cache anyway
+      prefetch<damped>(rows, batches[std::min(k + 8, batches.size() - 1)].second);
     const auto first = gather<damped>(rows, batch.first), second = gather<damped>(rows, batch.second);
     const auto pair = law::make_pair<dim, Lanes>(first.position, second.position, first.radius, second.radius);
     law::Vector<dim, Lanes> normal_first = first.turn * batch.normal, normal_second = second.turn * batch.normal;
@@ -132,10 +136,8 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
     // The length as the sum: it is zero in idle lanes.
     overstretched |= ~(strain.elongation + batch.rest_length < Lanes(reach) * (first.radius + second.radius));
 
-    const auto load =
+    const auto elastic =
       law::bond_load<dim, Lanes>(pair, strain, batch.rest_length, normal_first, normal_second, bond, batch.weight);
-    scatter<false>(rows, batch.first, load.force, load.torque_first);
-    scatter<false>(rows, batch.second, -load.force, load.torque_second);
     if constexpr (damped)
     {
       const law::Vector<dim, Lanes> v =
@@ -143,8 +145,13 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
       const Lanes c = viscosities[k], c_t = tangential_share * c;
       const law::Vector<dim, Lanes> force = c_t * v + ((c - c_t) * pair.normal.dot(v)) * pair.normal;
       const auto viscous = law::contact_point_load<dim, Lanes>(pair, force);
-      scatter<true>(rows, batch.first, viscous.force, viscous.torque_first);
-      scatter<true>(rows, batch.second, -viscous.force, viscous.torque_second);
+      add(rows, batch.first, {elastic.force, elastic.torque_first}, {viscous.force, viscous.torque_first});
+      add(rows, batch.second, {-elastic.force, elastic.torque_second}, {-viscous.force, viscous.torque_second});
+    }
+    else
+    {
+      add(rows, batch.first, {elastic.force, elastic.torque_first});
+      add(rows, batch.second, {-elastic.force, elastic.torque_second});
     }
   }
   return any(overstretched);

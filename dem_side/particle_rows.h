@@ -4,7 +4,11 @@
 #include "dem_side/rock_bond_law.h"
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <limits>
+#include <stdexcept>
 
 namespace kerf::dem
 {
@@ -26,8 +30,8 @@ struct Turn<3, Real>
   law::Vector<3, Real> imaginary;
   law::Vector<3, Real> operator*(const law::Vector<3, Real> &a) const
   {
-    const law::Vector<3, Real> across = Real(2.) * law::cross(imaginary, a);
-    return a + real * across + law::cross(imaginary, across);
+    const law::Vector<3, Real> across = law::cross(imaginary, a);
+    return a + Real(2.) * (real * across + law::cross(imaginary, across));
   }
 };
 
@@ -66,20 +70,27 @@ struct alignas(64) ParticleRow<3>
   law::Vector<3> velocity;
   double mass;
   law::Vector<3> force; ///< without the viscous part
-  double padding_1;
   law::Spin<3> torque;
-  double padding_2;
   law::Vector<3> damping_force;
-  double padding_3;
   law::Spin<3> damping_torque;
-  double padding_4;
 
   Turn<3> turn() const { return {quaternion[0], law::Vector<3>(quaternion[1], quaternion[2], quaternion[3])}; }
 };
-static_assert(sizeof(ParticleRow<3>) == 32 * sizeof(double));
+static_assert(offsetof(ParticleRow<3>, force) == 16 * sizeof(double) && sizeof(ParticleRow<3>) == 32 * sizeof(double));
 
-/// Rows of the particles of several pairs.
-using LaneRows = std::array<int, Lanes::size>;
+/// Rows of the particles of several pairs, as offsets in bytes: these are looked up many times.
+struct LaneRows
+{
+  std::array<std::uint32_t, Lanes::size> offsets;
+
+  template <typename Row>
+  void set(int lane, int row)
+  {
+    if (std::size_t(row) * sizeof(Row) > std::numeric_limits<std::uint32_t>::max())
+      throw std::length_error("more particles on one rank than the bond loop can count: use more ranks");
+    offsets[lane] = static_cast<std::uint32_t>(row * sizeof(Row));
+  }
+};
 
 /// One side of several pairs.
 template <int dim>
@@ -94,23 +105,23 @@ struct RowLanes
 namespace detail
 {
 template <int dim>
-[[gnu::always_inline]] inline Lanes load_group(const ParticleRow<dim> &row, int number)
+[[gnu::always_inline]] inline Lanes load_group(const ParticleRow<dim> *rows, std::uint32_t offset, int number)
 {
   Lanes group;
-  std::memcpy(&group.v, reinterpret_cast<const char *>(&row) + number * sizeof(Lanes), sizeof(Lanes));
+  std::memcpy(&group.v, reinterpret_cast<const char *>(rows) + offset + number * sizeof(Lanes), sizeof(Lanes));
   return group;
 }
 template <int dim>
-[[gnu::always_inline]] inline void store_group(ParticleRow<dim> &row, int number, const Lanes &group)
+[[gnu::always_inline]] inline void store_group(ParticleRow<dim> *rows, std::uint32_t offset, int number, const Lanes &group)
 {
-  std::memcpy(reinterpret_cast<char *>(&row) + number * sizeof(Lanes), &group.v, sizeof(Lanes));
+  std::memcpy(reinterpret_cast<char *>(rows) + offset + number * sizeof(Lanes), &group.v, sizeof(Lanes));
 }
 template <int dim>
 [[gnu::always_inline]] inline std::array<Lanes, 4> gather_group(const ParticleRow<dim> *rows, const LaneRows &index, int number)
 {
   std::array<Lanes, 4> columns;
   for (int lane = 0; lane < Lanes::size; ++lane)
-    columns[lane] = load_group(rows[index[lane]], number);
+    columns[lane] = load_group(rows, index.offsets[lane], number);
   transpose(columns[0], columns[1], columns[2], columns[3]);
   return columns;
 }
@@ -121,7 +132,7 @@ template <int dim>
 {
   transpose(columns[0], columns[1], columns[2], columns[3]);
   for (int lane = 0; lane < Lanes::size; ++lane)
-    store_group(rows[index[lane]], number, load_group(rows[index[lane]], number) + columns[lane]);
+    store_group(rows, index.offsets[lane], number, load_group(rows, index.offsets[lane], number) + columns[lane]);
 }
 } // namespace detail
 
@@ -149,18 +160,46 @@ template <bool moving>
   return lanes;
 }
 
-/// Adds loads to rows. @tparam viscous part, kept apart for the energy that it takes out.
-template <bool viscous>
-[[gnu::always_inline]] inline void scatter(ParticleRow<2> *rows, const LaneRows &index, const law::Vector<2, Lanes> &force,
-                                           const law::Spin<2, Lanes> &torque)
+/// Asks for rows before they are needed. @tparam moving as for gather(): else every other cache line is not looked at.
+template <bool moving>
+[[gnu::always_inline]] inline void prefetch(const ParticleRow<3> *rows, const LaneRows &index)
 {
-  detail::add_group(rows, index, viscous ? 3 : 2, {force.x(), force.y(), torque[0], Lanes(0.)});
+  constexpr std::size_t cache_line = 64;
+  for (const std::uint32_t offset : index.offsets)
+    for (std::size_t part = 0; part < sizeof(ParticleRow<3>); part += (moving ? 1 : 2) * cache_line)
+      __builtin_prefetch(reinterpret_cast<const char *>(rows) + offset + part, 1);
 }
-template <bool viscous>
-[[gnu::always_inline]] inline void scatter(ParticleRow<3> *rows, const LaneRows &index, const law::Vector<3, Lanes> &force,
-                                           const law::Spin<3, Lanes> &torque)
+
+/// A load on one particle of each pair: elastic part and viscous part, which is kept apart for the energy that it takes out.
+template <int dim>
+struct LaneLoad
 {
-  detail::add_group(rows, index, viscous ? 6 : 4, {force.x(), force.y(), force.z(), Lanes(0.)});
-  detail::add_group(rows, index, viscous ? 7 : 5, {torque.x(), torque.y(), torque.z(), Lanes(0.)});
+  law::Vector<dim, Lanes> force;
+  law::Spin<dim, Lanes> torque;
+};
+
+[[gnu::always_inline]] inline void add(ParticleRow<2> *rows, const LaneRows &index, const LaneLoad<2> &elastic)
+{
+  detail::add_group(rows, index, 2, {elastic.force.x(), elastic.force.y(), elastic.torque[0], Lanes(0.)});
+}
+[[gnu::always_inline]] inline void add(ParticleRow<2> *rows, const LaneRows &index, const LaneLoad<2> &elastic,
+                                       const LaneLoad<2> &viscous)
+{
+  add(rows, index, elastic);
+  detail::add_group(rows, index, 3, {viscous.force.x(), viscous.force.y(), viscous.torque[0], Lanes(0.)});
+}
+[[gnu::always_inline]] inline void add(ParticleRow<3> *rows, const LaneRows &index, const LaneLoad<3> &elastic)
+{
+  const auto &[force, torque] = elastic;
+  detail::add_group(rows, index, 4, {force.x(), force.y(), force.z(), torque.x()});
+  detail::add_group(rows, index, 5, {torque.y(), torque.z(), Lanes(0.), Lanes(0.)});
+}
+[[gnu::always_inline]] inline void add(ParticleRow<3> *rows, const LaneRows &index, const LaneLoad<3> &elastic,
+                                       const LaneLoad<3> &viscous)
+{
+  const auto &[force, torque] = elastic;
+  detail::add_group(rows, index, 4, {force.x(), force.y(), force.z(), torque.x()});
+  detail::add_group(rows, index, 5, {torque.y(), torque.z(), viscous.force.x(), viscous.force.y()});
+  detail::add_group(rows, index, 6, {viscous.force.z(), viscous.torque.x(), viscous.torque.y(), viscous.torque.z()});
 }
 } // namespace kerf::dem

@@ -21,6 +21,11 @@ Eigen::Map<law::Vector<dim>> vector(double *v)
 }
 /// The rotation about z is the last component of LIGGGHTS' arrays.
 template <int dim>
+Eigen::Map<const law::Spin<dim>> spin(const double *v)
+{
+  return Eigen::Map<const law::Spin<dim>>(v + (dim == 2 ? 2 : 0));
+}
+template <int dim>
 Eigen::Map<law::Spin<dim>> spin(double *v)
 {
   return Eigen::Map<law::Spin<dim>>(v + (dim == 2 ? 2 : 0));
@@ -128,13 +133,15 @@ void RockBondLoop<dim>::collect_pairs()
   intact.assign(bonds);
 }
 
-/// Positions, velocities and rotations of the step; no loads.
+/// Positions, velocities and rotations of the step. The loads are zero since they were taken away.
 template <int dim>
 void RockBondLoop<dim>::load_rows(bool step)
 {
   LAMMPS_NS::Atom &atom = *lmp.atom;
   const int n = atom.nlocal + atom.nghost;
   double *rotations = rotation();
+  // LIGGGHTS' arrays are contiguous; its pointers to their rows would be more to read.
+  const double *x = n > 0 ? atom.x[0] : nullptr, *v = n > 0 ? atom.v[0] : nullptr, *omega = n > 0 ? atom.omega[0] : nullptr;
   moved = 0.;
   for (int begin = 0; begin < n; begin += Lanes::size)
   {
@@ -146,9 +153,9 @@ void RockBondLoop<dim>::load_rows(bool step)
     {
       const int i = std::min(begin + lane, n - 1);
       std::memcpy(&q[lane].v, rotations + 4 * i, sizeof(Lanes));
-      const auto omega = spin<dim>(atom.omega[i]);
+      const auto rate = spin<dim>(omega + 3 * i);
       for (int c = 0; c < w.size(); ++c)
-        w[c].set(lane, omega[c]);
+        w[c].set(lane, rate[c]);
     }
     transpose(q[0], q[1], q[2], q[3]);
     if (step)
@@ -162,13 +169,9 @@ void RockBondLoop<dim>::load_rows(bool step)
     for (int i = begin; i < begin + count; ++i)
     {
       Row &row = rows[i];
-      row.position = vector<dim>(atom.x[i]);
-      row.velocity = vector<dim>(atom.v[i]);
-      row.spin = spin<dim>(atom.omega[i]);
-      row.force.setZero();
-      row.torque.setZero();
-      row.damping_force.setZero();
-      row.damping_torque.setZero();
+      row.position = vector<dim>(x + 3 * i);
+      row.velocity = vector<dim>(v + 3 * i);
+      row.spin = spin<dim>(omega + 3 * i);
     }
     if (!loose_pairs.empty() && !looked_from.empty())
       for (int i = begin; i < begin + count; ++i)
@@ -196,14 +199,27 @@ void RockBondLoop<dim>::find_near_pairs()
     looked_from[i] = rows[i].position;
 }
 
+/// Takes the loads out of the rows.
 template <int dim>
 void RockBondLoop<dim>::store_forces()
 {
   LAMMPS_NS::Atom &atom = *lmp.atom;
-  for (int i = 0; i < atom.nlocal; ++i)
+  const int n = atom.nlocal;
+  double *force = n > 0 ? atom.f[0] : nullptr, *torque = n > 0 ? atom.torque[0] : nullptr;
+  viscous.resize(n);
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i)
   {
-    vector<dim>(atom.f[i]) += rows[i].force + rows[i].damping_force;
-    spin<dim>(atom.torque[i]) += rows[i].torque + rows[i].damping_torque;
+    Row &row = rows[i];
+    if (i < n)
+    {
+      vector<dim>(force + 3 * i) += row.force + row.damping_force;
+      spin<dim>(torque + 3 * i) += row.torque + row.damping_torque;
+      viscous[i] = {row.damping_force, row.damping_torque};
+    }
+    row.force.setZero();
+    row.torque.setZero();
+    row.damping_force.setZero();
+    row.damping_torque.setZero();
   }
 }
 
@@ -401,11 +417,10 @@ void RockBondLoop<dim>::damp(bool step)
   };
   for (int i = 0; i < atom.nlocal; ++i)
   {
-    const Row &row = rows[i];
-    const double per_mass = 1. / row.mass;
-    power += damp_one(vector<dim>(atom.f[i]), vector<dim>(atom.v[i]), row.damping_force, per_mass);
-    power += damp_one(spin<dim>(atom.torque[i]), spin<dim>(atom.omega[i]), row.damping_torque,
-                      per_mass / (inertia_factor<dim> * row.radius * row.radius));
+    const double per_mass = 1. / atom.rmass[i];
+    power += damp_one(vector<dim>(atom.f[0] + 3 * i), vector<dim>(atom.v[0] + 3 * i), viscous[i].force, per_mass);
+    power += damp_one(spin<dim>(atom.torque[0] + 3 * i), spin<dim>(atom.omega[0] + 3 * i), viscous[i].torque,
+                      per_mass / (inertia_factor<dim> * atom.radius[i] * atom.radius[i]));
   }
   if (step)
     dissipation.damping -= parameters.time_step * power;

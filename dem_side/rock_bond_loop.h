@@ -63,7 +63,14 @@ private:
   law::BondStrain<dim> bond_strain(const OrderedPair &pair, const PairHistory &history) const;
   double viscosity(const OrderedPair &pair) const;
 
-  std::vector<Row> rows; ///< local and ghost particles at the last force computation
+  struct Load
+  {
+    Vector force;
+    law::Spin<dim> torque;
+  };
+
+  std::vector<Row> rows;     ///< local and ghost particles at the last force computation
+  std::vector<Load> viscous; ///< part of the loads on local particles
   IntactBonds<dim> intact;
   std::vector<LoosePair> loose_pairs;
   // Most loose pairs are apart. They are looked at again when a particle has moved by half the gap that near ones are within.
