@@ -262,6 +262,7 @@ EnergyLedger CoupledModel::energies() const
   ledger.finite_step = particles.finite_step;
   ledger.boundary_work = continuum.boundary + sums[2];
   ledger.absorbed = continuum.absorbed - sums[3];
+  ledger.residual = mode == Mode::dem ? ledger.used() - ledger.work() : 0.;
   return ledger;
 }
 

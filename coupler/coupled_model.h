@@ -33,11 +33,11 @@ struct EnergyLedger
   double boundary_work = 0., absorbed = 0.;
   double tool_work = 0.; ///< mode dem: force times the way of the particles; else force times the way of the tool
 
+  /// used() - work(): what is missing in the balance. Only of mode dem, where all parts are known; else 0.
+  double residual = 0.;
+
   double work() const { return tool_work + boundary_work; }
   double used() const { return kinetic + finite_step + elastic + coupling + damping + friction + released + absorbed; }
-  /// What is missing in the balance. Closes for particles alone; the overlap and finite elements are not counted to this
-  /// accuracy.
-  double residual() const { return used() - work(); }
 };
 
 /// Mean force of the rock on the tool since the last call [N].

@@ -234,7 +234,7 @@ private:
     if (mode == Mode::dem)
     {
       const EnergyLedger energy = model->energies();
-      text << "\nenergy balance: work of tool and boundary " << energy.work() << " J, residual " << energy.residual() << " J";
+      text << "\nenergy balance: work of tool and boundary " << energy.work() << " J, residual " << energy.residual << " J";
     }
     console.message(text.str());
   }

@@ -112,7 +112,13 @@ protected:
 
 private:
   /// The store of a script.
-  struct OwnStore;
+  struct OwnStore
+  {
+    explicit OwnStore(Packing all) : packing(std::move(all)), bonds(packing) {}
+    const Packing packing;
+    const StoredBonds bonds;
+    double reach = 0.; // list_reach()
+  };
 
   static LIGGGHTS::PairStyles::IGranularPairStyle *create(LAMMPS_NS::LAMMPS *, LAMMPS_NS::PairGran *, std::int64_t hash);
   void refresh_ghosts();
