@@ -17,11 +17,11 @@ dem::SurfaceMesh boundary_of(const fem::Mesh &mesh)
   {
     const auto &n = face.nodes; // lexicographic: 0 1 along one side, 2 3 along the opposite one
     if (mesh.dim == 2)
-      surface.facets.push_back({n[0], n[1], -1});
+      surface.facets.push_back({{n[0], n[1], -1}});
     else
     {
-      surface.facets.push_back({n[0], n[1], n[3]});
-      surface.facets.push_back({n[0], n[3], n[2]});
+      surface.facets.push_back({{n[0], n[1], n[3]}});
+      surface.facets.push_back({{n[0], n[3], n[2]}});
     }
   }
   return surface;

@@ -128,14 +128,15 @@ void BondSampleOf<dim>::choose_window(const Packing &packing, int sample_size)
           << " mean diameters wide, at least 12 are needed";
     throw std::runtime_error(error.str());
   }
-  // The skin disturbs about three diameters. In 3D samples are small, so the window is as large as that allows.
-  const double inset = dim == 2 ? 5. : 3., longest_taper = dim == 2 ? 12. : 3.;
+  // The skin disturbs about three diameters, weakly a little more. Cells of its own for each particle make any taper exact for
+  // a lattice; a longer one averages over whole periods of a pattern, a shorter one over more particles.
   for (int c = 0; c < dim; ++c)
   {
-    const double from_side = std::min(inset * m_mean_diameter, side[c] / 4.);
-    m_window_lower[c] = m_lower[c] + from_side;
-    m_window_upper[c] = m_upper[c] - from_side;
-    m_taper[c] = std::min(longest_taper * m_mean_diameter, 0.45 * (side[c] - 2. * from_side));
+    const double inset = std::min(std::clamp(0.1 * side[c], 3. * m_mean_diameter, 5. * m_mean_diameter), side[c] / 4.);
+    m_window_lower[c] = m_lower[c] + inset;
+    m_window_upper[c] = m_upper[c] - inset;
+    const double inner = side[c] - 2. * inset;
+    m_taper[c] = dim == 2 ? std::min(12. * m_mean_diameter, 0.27 * inner) : std::min(3. * m_mean_diameter, 0.45 * inner);
   }
 }
 

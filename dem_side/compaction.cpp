@@ -27,7 +27,8 @@ constexpr int fire_start = 5;             ///< downhill steps before the time st
 struct Compaction::Engine
 {
   const Container &container;
-  double unit; ///< mean diameter [m]
+  double unit;                  ///< mean diameter [m]
+  Eigen::Vector3d lower, upper; ///< of the container [mean diameters]
   std::unique_ptr<LAMMPS> lmp;
   LAMMPS_NS::FixExternal *hook = nullptr; // owned by LIGGGHTS
   std::vector<double> unscaled_radii;     // by tag - 1, in mean diameters
@@ -39,12 +40,16 @@ struct Compaction::Engine
   int downhill = 0;
   double force_square = 0.;
 
-  Engine(const Container &container, double unit) : container(container), unit(unit) {}
+  Engine(const Container &container, double unit)
+    : container(container), unit(unit), lower(container.lower() / unit), upper(container.upper() / unit)
+  {
+  }
   void make_instance(const Eigen::Matrix3Xd &positions);
   void run(int steps) { command(*lmp, "run ", steps, " post no"); }
   void set_time_step(double value);
   void apply_scale();
   void set_velocities(const std::function<double()> &value);
+  bool is_far_from_sides(const double *x, double radius) const;
   void add_wall_forces(int n, double **x, double **outer) const;
   void damp(int n, double **outer);
   double mean_overlap() const;
@@ -55,8 +60,7 @@ void Compaction::Engine::make_instance(const Eigen::Matrix3Xd &positions)
 {
   lmp = make_liggghts(MPI_COMM_SELF);
   const bool flat = container.dim() == 2;
-  const Eigen::Vector3d lower = container.lower() / unit - Eigen::Vector3d::Ones();
-  const Eigen::Vector3d upper = container.upper() / unit + Eigen::Vector3d::Ones();
+  const Eigen::Vector3d low = lower - Eigen::Vector3d::Ones(), high = upper + Eigen::Vector3d::Ones();
   command(*lmp, "units si");
   command(*lmp, "dimension ", container.dim());
   command(*lmp, "atom_style granular");
@@ -64,10 +68,10 @@ void Compaction::Engine::make_instance(const Eigen::Matrix3Xd &positions)
   command(*lmp, flat ? "boundary f f p" : "boundary f f f");
   command(*lmp, "newton off");
   command(*lmp, "communicate single vel yes");
-  command(*lmp, "region domain block ", lower.x(), ' ', upper.x(), ' ', lower.y(), ' ', upper.y(), ' ', lower.z(), ' ',
-          upper.z(), " units box");
+  command(*lmp, "region domain block ", low.x(), ' ', high.x(), ' ', low.y(), ' ', high.y(), ' ', low.z(), ' ', high.z(),
+          " units box");
   command(*lmp, "create_box 1 domain");
-  command(*lmp, "neighbor 0.2 bin");
+  command(*lmp, "neighbor 0.45 bin"); // thermal motion would wear out thin lists in a few steps
   command(*lmp, "neigh_modify delay 0 every 1 check yes");
   command(*lmp, "pair_style gran model hooke/stiffness tangential off");
   command(*lmp, "pair_coeff * *");
@@ -123,6 +127,15 @@ void Compaction::Engine::set_velocities(const std::function<double()> &value)
       atom.v[i][c] = value();
 }
 
+/// Most particles of a box, found out fast.
+bool Compaction::Engine::is_far_from_sides(const double *x, double radius) const
+{
+  bool is_far = container.is_box();
+  for (int c = 0; c < container.dim(); ++c)
+    is_far = is_far && x[c] - lower[c] > radius && upper[c] - x[c] > radius;
+  return is_far;
+}
+
 void Compaction::Engine::add_wall_forces(int n, double **x, double **outer) const
 {
   const double *radius = lmp->atom->radius;
@@ -130,6 +143,8 @@ void Compaction::Engine::add_wall_forces(int n, double **x, double **outer) cons
   {
     for (int c = 0; c < 3; ++c)
       outer[i][c] = 0.;
+    if (is_far_from_sides(x[i], radius[i]))
+      continue;
     const Eigen::Vector3d centre = unit * Eigen::Map<const Eigen::Vector3d>(x[i]);
     for (const Container::Wall &wall : container.walls(centre, unit * radius[i]))
       for (int c = 0; c < container.dim(); ++c)

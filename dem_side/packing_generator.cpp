@@ -192,7 +192,7 @@ void compact(Packing &packing, const PackingSettings &settings, const Container 
   compaction.set_scale(0.88);
   compaction.minimise(0.1, 300);
   // Discs find denser arrangements in thermal motion; spheres are as dense after a quick compression.
-  const int shaking_steps = settings.dim == 2 ? 7000 : 600;
+  const int shaking_steps = settings.dim == 2 ? 5500 : 600;
   compaction.anneal(1.015, 0.06, shaking_steps, random,
                     [&](double done) { report(0.05 + 0.6 * done, "shaking the particles together"); });
   approach_jamming(compaction, 2000, [&](double done) { report(0.65 + 0.3 * done, "approaching jamming"); });

@@ -2,6 +2,7 @@
 kerf_test(coupler_constraint LABEL coupling SOURCES unit/coupler_constraint.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_overlap LABEL coupling SOURCES unit/coupler_overlap.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_tool LABEL coupling SOURCES unit/coupler_tool.cpp unit/coupler_specimen.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_packing_space LABEL coupling SOURCES unit/coupler_packing_space.cpp LIBRARIES kerf_application)
 kerf_test(coupler_body LABEL coupling RANKS 2 SOURCES verification/coupler_body.cpp LIBRARIES kerf_coupling)
 
 add_test(NAME bad_inputs COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/bad_inputs.py $<TARGET_FILE:kerf>

@@ -19,3 +19,10 @@ kerf_test(packing_solid LABEL dem
 kerf_test(packing_dynamic LABEL dem
   SOURCES verification/packing_dynamic.cpp
   LIBRARIES kerf_dem)
+
+# Minutes: ctest -C long -L dem-long
+add_executable(packing_long verification/packing_long.cpp test_main.cpp)
+target_link_libraries(packing_long PRIVATE kerf_generator GTest::gtest)
+set_target_properties(packing_long PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+add_test(NAME packing_long COMMAND packing_long CONFIGURATIONS long)
+set_tests_properties(packing_long PROPERTIES LABELS dem-long TIMEOUT 3600)

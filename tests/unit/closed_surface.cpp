@@ -120,7 +120,7 @@ TEST(ClosedSurface, WhatIsNotClosedIsNamed)
   open.facets.pop_back();
   EXPECT_EQ(error_of(3, open).substr(0, 74), "closed surface: is not closed, 3 edges belong to one facet only, the first");
   SurfaceMesh twice = test::l_shape(1.);
-  twice.facets.push_back({0, 3, -1});
+  twice.facets.push_back({{0, 3, -1}});
   EXPECT_EQ(error_of(2, twice).substr(0, 85),
             "closed surface: touches itself, 2 points belong to more than two facets, the first at");
 }

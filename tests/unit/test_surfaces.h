@@ -19,7 +19,7 @@ inline SurfaceMesh polygon(const std::vector<Eigen::Vector3d> &corners)
   for (int i = 0; i < n; ++i)
   {
     mesh.points.col(i) = corners[i];
-    mesh.facets.push_back({i, (i + 1) % n, -1});
+    mesh.facets.push_back({{i, (i + 1) % n, -1}});
   }
   return mesh;
 }
@@ -56,14 +56,14 @@ inline SurfaceMesh l_prism(double a, double depth)
   for (const auto &s : squares)
     for (const int end : {0, 8})
     {
-      mesh.facets.push_back({s[0] + end, s[1] + end, s[2] + end});
-      mesh.facets.push_back({s[0] + end, s[2] + end, s[3] + end});
+      mesh.facets.push_back({{s[0] + end, s[1] + end, s[2] + end}});
+      mesh.facets.push_back({{s[0] + end, s[2] + end, s[3] + end}});
     }
   for (int i = 0; i < 8; ++i)
   {
     const int j = (i + 1) % 8;
-    mesh.facets.push_back({i, j, j + 8});
-    mesh.facets.push_back({i, j + 8, i + 8});
+    mesh.facets.push_back({{i, j, j + 8}});
+    mesh.facets.push_back({{i, j + 8, i + 8}});
   }
   return mesh;
 }
@@ -76,17 +76,17 @@ inline SurfaceMesh sphere(int divisions, double radius, const Eigen::Vector3d &c
   for (const double x : {-1., 1.})
     for (const double y : {-1., 1.})
       for (const double z : {-1., 1.})
-        triangles.push_back({Vector3d(x, 0., 0.), Vector3d(0., y, 0.), Vector3d(0., 0., z)});
+        triangles.push_back({{Vector3d(x, 0., 0.), Vector3d(0., y, 0.), Vector3d(0., 0., z)}});
   for (int k = 0; k <= divisions; ++k)
   {
     std::vector<std::array<Vector3d, 3>> finer;
     for (const auto &[a, b, c] : triangles)
     {
       const Vector3d ab = (a + b).normalized(), bc = (b + c).normalized(), ca = (c + a).normalized();
-      finer.push_back({a, ab, ca});
-      finer.push_back({ab, b, bc});
-      finer.push_back({ca, bc, c});
-      finer.push_back({ab, bc, ca});
+      finer.push_back({{a, ab, ca}});
+      finer.push_back({{ab, b, bc}});
+      finer.push_back({{ca, bc, c}});
+      finer.push_back({{ab, bc, ca}});
     }
     triangles = finer;
   }
@@ -96,7 +96,7 @@ inline SurfaceMesh sphere(int divisions, double radius, const Eigen::Vector3d &c
   {
     for (int k = 0; k < 3; ++k)
       mesh.points.col(3 * t + k) = centre + radius * triangles[t][k];
-    mesh.facets.push_back({int(3 * t), int(3 * t + 1), int(3 * t + 2)});
+    mesh.facets.push_back({{int(3 * t), int(3 * t + 1), int(3 * t + 2)}});
   }
   return mesh;
 }
