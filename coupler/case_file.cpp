@@ -336,7 +336,10 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.mesh.fine_upper = reader.point("Mesh", "Fine zone upper corner");
   result.mesh.growth = reader.number("Mesh", "Growth ratio");
   result.mesh.largest_cell_size = reader.number("Mesh", "Largest cell size");
-  if (mesh_file.empty() && !((result.mesh.upper - result.mesh.lower).head(dim).minCoeff() > 0.))
+  bool extended = true;
+  for (int c = 0; c < dim; ++c)
+    extended = extended && result.mesh.upper[c] > result.mesh.lower[c];
+  if (mesh_file.empty() && !extended)
     reader.fail("Mesh", "Upper corner",
                 std::string("must be larger than the lower corner in ") + (dim == 2 ? "x and y" : "x, y and z"));
 

@@ -47,11 +47,11 @@ PackingSpace find_packing_space(const Case &settings, const fem::Mesh &mesh)
     const dem::ClosedSurface closed(mesh.dim, surface, settings.packing.mean_diameter);
     space.box = {closed.lower(), closed.upper()};
     space.volume = closed.volume();
-    const double box_volume = (mesh_box.upper - mesh_box.lower).head(mesh.dim).prod();
-    if (from_file || space.volume < (1. - 1e-6) * box_volume)
+    const double volume_around = dem::box_volume(mesh.dim, mesh_box.lower, mesh_box.upper);
+    if (from_file || space.volume < (1. - 1e-6) * volume_around)
       space.surface = std::make_shared<dem::SurfaceMesh>(surface);
     else
-      space.volume = box_volume;
+      space.volume = volume_around;
   }
   catch (const std::runtime_error &error)
   {

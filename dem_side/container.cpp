@@ -18,7 +18,7 @@ Container::Container(const PackingSettings &settings, double reach)
 
 double Container::volume() const
 {
-  return m_surface ? m_surface->volume() : (m_upper - m_lower).head(m_dim).prod();
+  return m_surface ? m_surface->volume() : box_volume(m_dim, m_lower, m_upper);
 }
 
 double Container::area() const

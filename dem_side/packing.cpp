@@ -16,12 +16,20 @@ double Packing::volume(int i) const
   return dim == 2 ? pi * r * r : 4. / 3. * pi * r * r * r;
 }
 
+double box_volume(int dim, const Eigen::Vector3d &lower, const Eigen::Vector3d &upper)
+{
+  double volume = 1.;
+  for (int c = 0; c < dim; ++c)
+    volume *= upper[c] - lower[c];
+  return volume;
+}
+
 double Packing::solid_fraction() const
 {
   double solid = 0.;
   for (int i = 0; i < size(); ++i)
     solid += volume(i);
-  return solid / (volume_filled > 0. ? volume_filled : (upper - lower).head(dim).prod());
+  return solid / (volume_filled > 0. ? volume_filled : box_volume(dim, lower, upper));
 }
 
 double Packing::coordination() const

@@ -57,6 +57,9 @@ struct StrengthCalibration
   double n_packings = 0.;           ///< tested
 };
 
+/// [m^3], in two dimensions [m^2].
+double box_volume(int dim, const Eigen::Vector3d &lower, const Eigen::Vector3d &upper);
+
 /// The stored discretisation of the whole rock: generated beforehand, particles are taken from it when they are needed.
 /// In 2D the particles are cylinders of unit thickness with z = 0.
 struct Packing

@@ -8,8 +8,8 @@ namespace kerf::dem
 std::pair<Eigen::Vector3d, Eigen::Vector3d> filled_box(const Packing &packing)
 {
   const Eigen::Vector3d extent = packing.upper - packing.lower;
-  const double box_volume = extent.head(packing.dim).prod();
-  if (packing.volume_filled == 0. || packing.volume_filled > (1. - 1e-6) * box_volume)
+  if (packing.volume_filled == 0. ||
+      packing.volume_filled > (1. - 1e-6) * box_volume(packing.dim, packing.lower, packing.upper))
     return {packing.lower, packing.upper};
 
   // Grid cells of about two diameters; those at the surface are partly empty.
