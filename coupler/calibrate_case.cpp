@@ -14,6 +14,10 @@ namespace kerf
 {
 namespace
 {
+/// Half angle of the flats of split discs. On a round disc a platen meets a single particle, which breaks loose long before the
+/// disc splits.
+constexpr double flat_angle = 10. * M_PI / 180.;
+
 struct Mean
 {
   double value = 0., scatter = 0.; ///< mean and standard deviation over the packings
@@ -94,6 +98,7 @@ private:
     result.mesh = fem::MeshSettings();
     result.mesh.shape = brazilian ? fem::MeshShape::disc : fem::MeshShape::box;
     result.mesh.cell_size = 4. * d;
+    result.mesh.flat_angle = flat_angle;
     result.mesh.upper =
       brazilian ? Eigen::Vector3d(1.25 * width, 1.25 * width, 0.5 * width) : Eigen::Vector3d(width, 2. * width, width);
     if (rock.dim() == 2)
@@ -121,7 +126,7 @@ private:
     result.tool.damping = 0.1;
     result.end_time = 4. * duration;
     result.time_step = 0.;
-    result.stop_below = 0.8;
+    result.stop_below = 0.6;
     return result;
   }
 

@@ -329,6 +329,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
     reader.fail("Mesh", "File", result.mesh.gmsh_file + " does not exist");
   result.mesh.shape =
     choose<fem::MeshShape>(reader.text("Mesh", "Shape"), {{"box", fem::MeshShape::box}, {"disc", fem::MeshShape::disc}});
+  result.mesh.flat_angle = reader.number("Mesh", "Flat angle") * M_PI / 180.;
   result.mesh.lower = reader.point("Mesh", "Lower corner");
   result.mesh.upper = reader.point("Mesh", "Upper corner");
   result.mesh.cell_size = reader.number("Mesh", "Cell size");

@@ -87,6 +87,8 @@ const std::vector<Parameter> &parameter_table()
     entry("Mesh", "File", "", text(), "-", "gmsh .msh file of quadrilaterals or hexahedra; empty: Shape", ""),
     entry("Mesh", "Shape", "box", one_of("box|disc"), "-",
           "structured box between the corners, or the disc inscribed in it (3D: a cylinder along z)", ""),
+    entry("Mesh", "Flat angle", "0", between(0., 30.), "degrees",
+          "half of the angle of the flats at the top and bottom of a disc, where platens press (flattened Brazilian disc)", ""),
     entry("Mesh", "Lower corner", "0, 0", point(), "m", "corner of the structured box", ""),
     entry("Mesh", "Upper corner", "0.1, 0.05", point(), "m", "opposite corner of the structured box", ""),
     entry("Mesh", "Cell size", "4e-3", positive(), "m", "cell size of the structured box, in the fine zone if there is one",

@@ -73,6 +73,13 @@ void disc(const MeshSettings &s, dealii::Triangulation<dim> &triangulation)
   while (dealii::GridTools::maximal_cell_diameter(ball) > std::sqrt(2.) * s.cell_size)
     ball.refine_global();
   dealii::GridGenerator::flatten_triangulation(ball, flat);
+  const double flat_height = 0.5 * extent[0] * std::cos(s.flat_angle);
+  if (0.5 * extent[0] - flat_height > 0.5 * s.cell_size)
+    throw std::runtime_error("mesh: the flats of the disc are deeper than half a cell, take larger cells or a smaller angle");
+  dealii::GridTools::transform(
+    [&](const dealii::Point<2> &x)
+    { return dealii::Point<2>(x[0], std::clamp(x[1], centre[1] - flat_height, centre[1] + flat_height)); },
+    flat);
   if constexpr (dim == 2)
     triangulation.copy_triangulation(flat);
   else

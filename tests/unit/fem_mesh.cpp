@@ -138,6 +138,13 @@ TEST(FemMesh, DiscAndCylinder)
     const double mass = side->gather(NodalField::mass).row(0).sum();
     EXPECT_NEAR(mass / (rock().density * volume), 1. - missing, 0.02 * missing); // next term of the series is far smaller
   }
+  Settings flattened = box({0.5, 0.5, 0.}, 0.02);
+  flattened.mesh.shape = MeshShape::disc;
+  flattened.mesh.flat_angle = 0.15;
+  const auto side = make_fem_side(flattened);
+  const Eigen::Matrix3Xd &nodes = side->mesh().nodes;
+  EXPECT_NEAR(nodes.row(1).maxCoeff() - nodes.row(1).minCoeff(), 0.5 * std::cos(0.15), 1e-12);
+  EXPECT_NEAR(nodes.row(0).maxCoeff() - nodes.row(0).minCoeff(), 0.5, 1e-12);
   Settings oval = box({0.6, 0.5, 0.}, 0.02);
   oval.mesh.shape = MeshShape::disc;
   EXPECT_THROW(make_fem_side(oval), std::runtime_error);
