@@ -3,7 +3,7 @@ kerf_test(rock_bond_law_tests LABEL dem
           SOURCES unit/rock_bond_law_test.cpp
           LIBRARIES kerf_dem)
 kerf_test(dem_tests LABEL dem RANKS 2
-          SOURCES unit/dem_pair_test.cpp unit/dem_side_test.cpp unit/dem_insertion_test.cpp
+          SOURCES unit/dem_pair_test.cpp unit/dem_contact_test.cpp unit/dem_side_test.cpp unit/dem_insertion_test.cpp
                   unit/dem_benchmark_test.cpp
           LIBRARIES kerf_dem)
 kerf_test(dem_verification LABEL dem

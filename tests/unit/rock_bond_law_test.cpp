@@ -97,6 +97,55 @@ void expect_derivative_of_energy()
   }
 }
 
+/// Four states at once must be what each of them is alone.
+template <int dim>
+void expect_lanes_like_single_bonds()
+{
+  BondParameters bond = rock();
+  bond.shear_friction = 0.3;
+  bond.R_n = 0.01 * bond.k_n * d0; // of the order of the forces: some fail in tension, some in shear, some not
+  bond.R_t = 0.01 * bond.k_t * d0;
+  law::Vector<dim, Lanes> x1, x2, n1, n2;
+  State<dim> states[Lanes::size];
+  const double stretch[] = {1.03, 1.001, 0.97, 1.002}, twist[] = {0., 0.05, 0.05, 1e-3};
+  for (int lane = 0; lane < Lanes::size; ++lane)
+  {
+    State<dim> &s = states[lane];
+    s = general_state<dim>();
+    s.x2 = d0 * s.normal * stretch[lane];
+    s.q1 = rotation<dim>(0, 0.3);
+    s.q2 = rotation<dim>(2, twist[lane]) * s.q1;
+    s.x2 = State<dim>::turned(s.q1, s.x2);
+    const law::Vector<dim> first = State<dim>::turned(s.q1, s.normal), second = State<dim>::turned(s.q2, s.normal);
+    for (int c = 0; c < dim; ++c)
+    {
+      x1[c].set(lane, s.x1[c]), x2[c].set(lane, s.x2[c]);
+      n1[c].set(lane, first[c]), n2[c].set(lane, second[c]);
+    }
+  }
+  const auto pair = law::make_pair<dim, Lanes>(x1, x2, Lanes(r1), Lanes(r2));
+  const auto strain = law::bond_strain<dim, Lanes>(pair, Lanes(d0), n1, n2);
+  const auto load = law::bond_load<dim, Lanes>(pair, strain, Lanes(d0), n1, n2, bond);
+  const auto tension = law::fails_in_tension(strain, bond), shear = law::fails_in_shear(strain, bond);
+  bool seen[3] = {};
+  for (int lane = 0; lane < Lanes::size; ++lane)
+  {
+    const State<dim> &s = states[lane];
+    const auto one = s.load(bond);
+    for (int c = 0; c < dim; ++c)
+      EXPECT_NEAR(load.force[c][lane], one.force[c], 10. * epsilon * bond.k_n * d0);
+    for (int c = 0; c < one.torque_first.size(); ++c)
+    {
+      EXPECT_NEAR(load.torque_first[c][lane], one.torque_first[c], 10. * epsilon * bond.k_n * d0 * d0);
+      EXPECT_NEAR(load.torque_second[c][lane], one.torque_second[c], 10. * epsilon * bond.k_n * d0 * d0);
+    }
+    const law::Failure failure = law::bond_failure<dim>(s.strain(), bond);
+    EXPECT_EQ(tension[lane] ? law::Failure::tension : shear[lane] ? law::Failure::shear : law::Failure::none, failure);
+    seen[static_cast<int>(failure)] = true;
+  }
+  EXPECT_TRUE(seen[0] && seen[1] && seen[2]);
+}
+
 template <int dim>
 void expect_balance_of_moments()
 {
@@ -153,6 +202,12 @@ TEST(RockBondLaw, LoadIsTheDerivativeOfTheEnergy)
 {
   expect_derivative_of_energy<2>();
   expect_derivative_of_energy<3>();
+}
+
+TEST(RockBondLaw, SeveralBondsAtOnceAreLikeSingleOnes)
+{
+  expect_lanes_like_single_bonds<2>();
+  expect_lanes_like_single_bonds<3>();
 }
 
 TEST(RockBondLaw, PairBalancesMoments)
