@@ -211,7 +211,7 @@ void generate_random(Packing &packing, const PackingSettings &settings, const Co
     const auto share = [&](double done, const std::string &text)
     {
       if (progress)
-        progress((attempt + done) / (attempt + 1.), text);
+        progress(attempt == 0 ? 0.9 * done : 0.9 + 0.05 * (attempt - 1 + done), text); // mostly there is only one
     };
     compact(packing, settings, container, fraction, share);
     const double factor = mean(packing.radii) / (settings.mean_diameter / 2.);
