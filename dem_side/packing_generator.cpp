@@ -154,7 +154,7 @@ void approach_jamming(Compaction &compaction, int steps_a_round, const std::func
 void touch_sides(Packing &packing)
 {
   for (int c = 0; c < packing.dim; ++c)
-    for (int round = 0; round < 4; ++round) // stretching may change which particle is the outermost
+    for (int round = 0; round < 8; ++round) // stretching may change which particle is the outermost
     {
       int first = 0, last = 0;
       for (int i = 1; i < packing.size(); ++i)
@@ -211,7 +211,7 @@ void generate_random(Packing &packing, const PackingSettings &settings, const Co
     const auto share = [&](double done, const std::string &text)
     {
       if (progress)
-        progress((attempt + done) / (attempt + 1.), text);
+        progress(attempt == 0 ? 0.9 * done : 0.9 + 0.05 * (attempt - 1 + done), text); // mostly there is only one
     };
     compact(packing, settings, container, fraction, share);
     const double factor = mean(packing.radii) / (settings.mean_diameter / 2.);
@@ -226,11 +226,15 @@ void generate_random(Packing &packing, const PackingSettings &settings, const Co
     remove_overlaps(packing, 0.9 * largest_overlap * mean(packing.radii));
   }
   hold_rattlers(packing, container, settings.mean_diameter / 2. * (1. + settings.radius_spread));
-  if (container.is_box())
-    touch_sides(packing);
-  bond_by_gap(packing, settings.gap_tolerance);
   const int n = packing.size();
-  const double removed = remove_loose_particles(packing);
+  for (bool is_done = false; !is_done;) // the particle that touched a side may be among the loose ones
+  {
+    if (container.is_box())
+      touch_sides(packing);
+    bond_by_gap(packing, settings.gap_tolerance);
+    is_done = remove_loose_particles(packing) == 0. || packing.size() == 0;
+  }
+  const double removed = double(n - packing.size()) / n;
   if (removed > 0.01 + 4. / n) // 1 % and the corners, which matter in small packings
   {
     std::ostringstream error;
