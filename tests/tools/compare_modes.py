@@ -98,12 +98,12 @@ whole run. Made by `tests/tools/compare_modes.py`.
 """
 
 
-def put_section(document, text):
+def put_section(document, text, begin=BEGIN, end=END):
     """Replaces what stands between the markers; a document that does not exist is made."""
-    old = document.read_text(encoding="utf-8") if document.is_file() else f"# Results\n\n## Modes\n\n{BEGIN}\n{END}\n"
-    if old.count(BEGIN) != 1 or old.count(END) != 1 or old.index(END) < old.index(BEGIN):
-        raise Unreadable(f"{document}: the markers {BEGIN} and {END} are not there once each, in this order")
-    document.write_text(old[:old.index(BEGIN) + len(BEGIN)] + "\n" + text + old[old.index(END):], encoding="utf-8")
+    old = document.read_text(encoding="utf-8") if document.is_file() else f"# Results\n\n## Modes\n\n{begin}\n{end}\n"
+    if old.count(begin) != 1 or old.count(end) != 1 or old.index(end) < old.index(begin):
+        raise Unreadable(f"{document}: the markers {begin} and {end} are not there once each, in this order")
+    document.write_text(old[:old.index(begin) + len(begin)] + "\n" + text + old[old.index(end):], encoding="utf-8")
 
 
 def main():

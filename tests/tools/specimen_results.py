@@ -1,0 +1,88 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs the specimen cases and writes their results and pictures into docs/.
+
+  specimen_results.py [--kerf build/kerf] [--calibrate] [--existing]
+
+Writes the table between the markers <!-- specimens:begin --> and <!-- specimens:end --> of docs/results.md and
+docs/figures/specimen_*.png. With --calibrate the strengths are searched again before (minutes) and the report is written, too;
+the cases use the values that are in their files either way.
+"""
+import argparse
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "tools"))
+import compare_modes  # noqa: E402
+from results_file import History, Unreadable  # noqa: E402  (found through compare_modes)
+
+CASES = ("uniaxial_compression_2d", "uniaxial_compression_3d", "brazilian_2d")
+PICTURES = (("uniaxial_compression_2d", "stress_strain"), ("uniaxial_compression_2d", "final"), ("brazilian_2d", "final"),
+            ("uniaxial_compression_3d", "final"))
+BEGIN, END = "<!-- specimens:begin -->", "<!-- specimens:end -->"
+
+
+def last_line(directory, start):
+    """What the log says at its end."""
+    lines = [line for line in (directory / "log.txt").read_text().splitlines() if line.startswith(start)]
+    if not lines:
+        raise Unreadable(f"{directory}/log.txt: no line '{start} ...'")
+    return lines[-1]
+
+
+def row(case, directory):
+    history = History(directory)
+    balance = abs(history["energy_residual"][-1]) / history["work_tool"][-1]
+    text = last_line(directory, "Brazilian" if "brazilian" in case else "uniaxial")
+    return (f"| `cases/{case}` | {int(history['active_particles'][-1])} | {history['wall_time'][-1]:.0f} | {text.split(': ', 1)[1]} | "
+            f"{balance:.1e} |")
+
+
+def section(directories, report):
+    text = ["| case | particles | wall time [s] | result | energy residual / work |", "|---|---:|---:|---|---:|"]
+    text += [row(case, directory) for case, directory in zip(CASES, directories)]
+    text += ["", "Made by `tests/tools/specimen_results.py`.", ""]
+    for case, name in PICTURES:
+        text += [f"![{case}: {name.replace('_', ' ')}](figures/specimen_{case}_{name}.png)", ""]
+    if report:
+        text += ["`kerf calibrate cases/uniaxial_compression_2d`:", "", "```", *report, "```", ""]
+    return "\n".join(text)
+
+
+def calibrate(kerf):
+    command = [kerf, "calibrate", str(ROOT / "cases" / CASES[0])]
+    output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return [line for line in output.splitlines() if line.startswith(("R_n", "calibrated with", "  "))]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kerf", default=str(ROOT / "build" / "kerf"))
+    parser.add_argument("--results", default="results/specimens")
+    parser.add_argument("--docs", default=str(ROOT / "docs"))
+    parser.add_argument("--calibrate", action="store_true")
+    parser.add_argument("--existing", action="store_true", help="run nothing, read what is there")
+    options = parser.parse_args()
+    directories = [Path(options.results) / case for case in CASES]
+    docs = Path(options.docs)
+    try:
+        if not options.existing:
+            for case, directory in zip(CASES, directories):
+                subprocess.run([options.kerf, "run", str(ROOT / "cases" / case), "--output", str(directory), "--overwrite"],
+                               check=True)
+        report = calibrate(options.kerf) if options.calibrate else []
+        for case, name in PICTURES:
+            source = Path(options.results) / case / "figures" / f"{name}.png"
+            shutil.copy(source, docs / "figures" / f"specimen_{case}_{name}.png")
+        compare_modes.put_section(docs / "results.md", section(directories, report), BEGIN, END)
+    except (Unreadable, OSError, subprocess.CalledProcessError) as error:
+        print(f"specimen_results: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
