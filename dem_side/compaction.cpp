@@ -275,7 +275,7 @@ void Compaction::anneal(double final_scale, double speed, int steps, std::mt1993
   }
 }
 
-int Compaction::minimise(double tolerance, int max_steps)
+int Compaction::minimise(double tolerance, int max_steps, const std::function<void(double)> &progress)
 {
   Engine &e = *engine;
   const int chunk = 50;
@@ -290,6 +290,8 @@ int Compaction::minimise(double tolerance, int max_steps)
   {
     e.run(chunk);
     steps += chunk;
+    if (progress)
+      progress(double(steps) / max_steps);
     const double mean_force = 0.5 * e.mean_overlap(); // stiffness 1, lengths in diameters
     if (mean_force < negligible_force ||
         e.force_square <= tolerance * tolerance * mean_force * mean_force * e.lmp->atom->nlocal)

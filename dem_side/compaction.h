@@ -32,8 +32,8 @@ public:
               const std::function<void(double)> &progress);
 
   /// Minimises the energy of the overlaps (FIRE, Bitzek et al. 2006) until the rms force on a particle is below @p tolerance
-  /// times the mean contact force, or no contact is left. @return steps used
-  int minimise(double tolerance, int max_steps);
+  /// times the mean contact force, or no contact is left. @p progress is told the share of max_steps. @return steps used
+  int minimise(double tolerance, int max_steps, const std::function<void(double)> &progress = {});
 
   double mean_overlap() const;        ///< of the contacts between particles, in mean radii; 0 without any
   Eigen::Matrix3Xd positions() const; ///< [m]

@@ -133,7 +133,7 @@ void approach_jamming(Compaction &compaction, int steps_a_round, const std::func
   for (int round = 0; round < max_rounds; ++round)
   {
     progress(double(round) / max_rounds);
-    compaction.minimise(0.05, steps_a_round);
+    compaction.minimise(0.05, steps_a_round, [&](double share) { progress((round + share) / max_rounds); });
     const double overlap = compaction.mean_overlap(), scale = compaction.scale();
     if (overlap > 0.5 * target && overlap < 2. * target)
       return;
