@@ -72,7 +72,7 @@ struct Result
 struct Motion
 {
   double noise; // of the velocities [m/s]
-  static constexpr int steps = 500;
+  int steps = 500;
   static constexpr int late = 100; // a fifth of the particles is inserted after these steps
 };
 
@@ -168,7 +168,8 @@ TEST(DemRanks, SameBondsBreakInTheSameSteps)
     const double weak = packing.dim == 2 ? 1. : 0.3; // vibrations are smaller in space
     s.bond.R_n = weak * 2e-3 * packing.mean_diameter * s.bond.k_n;
     s.bond.R_t = weak * 5e-4 * packing.mean_diameter * s.bond.k_n;
-    const Result alone = compare(packing, s, Motion{packing.dim == 2 ? 1. : 10.});
+    // Short: breaks and contacts amplify round-off, after 500 steps up to the tolerance.
+    const Result alone = compare(packing, s, Motion{packing.dim == 2 ? 1. : 10., 350});
     EXPECT_GT(alone.broken.size(), packing.bonds.size() / 10);
     EXPECT_GT(alone.intact, 0);
   }
