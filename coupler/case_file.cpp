@@ -343,6 +343,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
 
   result.bond.R_n = reader.number("Bond", "Tensile strength");
   result.bond.R_t = reader.number("Bond", "Shear strength");
+  result.bond.shear_friction = reader.number("Bond", "Shear strength friction");
   result.bond.friction = reader.number("Bond", "Friction");
   result.bond.damping = reader.number("Bond", "Damping ratio");
   result.local_damping = reader.number("Bond", "Local damping");

@@ -43,6 +43,7 @@ void check(const Settings &s)
   positive("shear strength R_t", s.bond.R_t);
   not_negative("friction", s.bond.friction);
   not_negative("contact damping", s.bond.damping);
+  not_negative("shear strength friction", s.bond.shear_friction);
   positive("density", s.density);
   positive("time step", s.time_step);
   if (!(s.local_damping >= 0. && s.local_damping < 1.))

@@ -13,7 +13,8 @@
 /// components (z = 0 in two dimensions), SI units, two dimensions mean cylinders per metre of thickness.
 namespace kerf::dem
 {
-/// Elastic-perfectly-brittle bond and the contact that is left after failure (Onate & Rojek 2004; Rojek et al. 2012).
+/// Elastic-perfectly-brittle bond and the contact that is left after failure (Onate & Rojek 2004; Rojek et al. 2012), with the
+/// pressure-dependent shear strength of CIMNE's later law KDEM as an option.
 struct BondParameters
 {
   double k_n = 0.;      ///< normal stiffness [N/m] (2D: per metre)
@@ -22,6 +23,8 @@ struct BondParameters
   double R_t = 0.;      ///< shear strength, same unit
   double friction = 0.; ///< Coulomb coefficient after failure [-]
   double damping = 0.;  ///< fraction of critical damping of the contact, normal and tangential [-]
+  /// mu_b, what compression F_c of the intact bond adds to its shear strength: R_t + mu_b F_c [-]; 0: Onate & Rojek 2004
+  double shear_friction = 0.;
 };
 
 struct Settings
@@ -78,7 +81,7 @@ struct BrokenBond
 {
   std::int64_t step = 0;
   int first = -1, second = -1;                        ///< indices in the packing, first < second
-  bool shear = false;                                 ///< failed by |F_t| >= R_t, else by F_n >= R_n
+  bool shear = false;                                 ///< failed by |F_t| >= R_t + mu_b F_c, else by F_n >= R_n
   Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< of the contact point [m]
 };
 

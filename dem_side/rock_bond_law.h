@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dem_side/dem_side.h"
+#include "dem_side/lanes.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -14,13 +15,25 @@
 ///   U = k_n u_n^2 / 2 + k_t |u_t|^2 / 2
 /// of the present positions and rotations, so nothing drifts and the pair conserves momentum, angular momentum and energy.
 /// For small strains that is the incremental law of the papers.
+///
+/// Real is double or Lanes, several pairs at once; what has branches is for double only.
 namespace kerf::dem::law
 {
-template <int dim>
-using Vector = Eigen::Matrix<double, dim, 1>;
+namespace detail
+{
+template <int dim, typename Real>
+struct Types
+{
+  using Vector = Eigen::Matrix<Real, dim, 1>;
+  using Spin = Eigen::Matrix<Real, dim == 2 ? 1 : 3, 1>;
+};
+} // namespace detail
+// Not deduced from arguments: an expression of Eigen is welcome where a vector is asked for.
+template <int dim, typename Real = double>
+using Vector = typename detail::Types<dim, Real>::Vector;
 /// Rotation rates and moments: one component in two dimensions.
-template <int dim>
-using Spin = Eigen::Matrix<double, dim == 2 ? 1 : 3, 1>;
+template <int dim, typename Real = double>
+using Spin = typename detail::Types<dim, Real>::Spin;
 
 /// Turned by 90 degrees. Composed of its components, the vector would be stored in two halves and read as one, which stalls.
 inline Vector<2> quarter_turn(const Vector<2> &a)
@@ -28,78 +41,89 @@ inline Vector<2> quarter_turn(const Vector<2> &a)
   alignas(16) static constexpr double signs[2] = {-1., 1.};
   return a.reverse().cwiseProduct(Vector<2>::MapAligned(signs));
 }
-inline Spin<2> cross(const Vector<2> &a, const Vector<2> &b)
+inline Vector<2, Lanes> quarter_turn(const Vector<2, Lanes> &a)
 {
-  return Spin<2>(a.x() * b.y() - a.y() * b.x());
+  return {-a.y(), a.x()};
 }
-inline Vector<2> cross(const Spin<2> &w, const Vector<2> &a)
+template <typename Real>
+[[gnu::always_inline]] inline Spin<2, Real> cross(const Eigen::Matrix<Real, 2, 1> &a, const Eigen::Matrix<Real, 2, 1> &b)
+{
+  return Spin<2, Real>(a.x() * b.y() - a.y() * b.x());
+}
+template <typename Real>
+[[gnu::always_inline]] inline Vector<2, Real> cross(const Eigen::Matrix<Real, 1, 1> &w, const Eigen::Matrix<Real, 2, 1> &a)
 {
   return w[0] * quarter_turn(a);
 }
-inline Vector<3> cross(const Vector<3> &a, const Vector<3> &b)
+template <typename Real>
+[[gnu::always_inline]] inline Vector<3, Real> cross(const Eigen::Matrix<Real, 3, 1> &a, const Eigen::Matrix<Real, 3, 1> &b)
 {
-  return a.cross(b);
+  return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(), a.x() * b.y() - a.y() * b.x()};
 }
 
 /// Two particles, seen from the first one. Branches end at the contact point and share the distance like the radii, which is
 /// what keeps a bond of unequal particles free of force when the pair turns as a rigid body.
-template <int dim>
+template <int dim, typename Real = double>
 struct Pair
 {
-  Vector<dim> normal;  ///< unit vector from the first to the second particle
-  double distance;     ///< of the centres [m]
-  double share_first;  ///< branch of the first particle / distance [-]
-  double share_second; ///< branch of the second particle / distance [-]
+  Vector<dim, Real> normal; ///< unit vector from the first to the second particle
+  Real distance;            ///< of the centres [m]
+  Real share_first;         ///< branch of the first particle / distance [-]
+  Real share_second;        ///< branch of the second particle / distance [-]
 };
 
-template <int dim>
-[[gnu::always_inline]] inline Pair<dim> make_pair(const Vector<dim> &from, const Vector<dim> &to, double radius_from,
-                                                  double radius_to)
+template <int dim, typename Real = double>
+[[gnu::always_inline]] inline Pair<dim, Real> make_pair(const Vector<dim, Real> &from, const Vector<dim, Real> &to,
+                                                        const Real &radius_from, const Real &radius_to)
 {
-  const Vector<dim> between = to - from;
-  const double distance = std::sqrt(between.squaredNorm());
-  const double per_length = 1. / (radius_from + radius_to);
-  return {between * (1. / distance), distance, radius_from * per_length, radius_to * per_length};
+  using std::sqrt;
+  const Vector<dim, Real> between = to - from;
+  const Real distance = sqrt(between.squaredNorm());
+  const Real per_length = Real(1.) / (radius_from + radius_to);
+  return {between * (Real(1.) / distance), distance, radius_from * per_length, radius_to * per_length};
 }
 
 /// Deformation of an intact bond.
-template <int dim>
+template <int dim, typename Real = double>
 struct BondStrain
 {
-  double elongation; ///< u_n = d - d0 [m]
-  Vector<dim> shear; ///< u_t, displacement of the second particle against the first across the bond [m]
-  double slope;      ///< derivative of |u_t| by a displacement across the bond, 1 + O(strain) [-]
+  Real elongation;         ///< u_n = d - d0 [m]
+  Vector<dim, Real> shear; ///< u_t, displacement of the second particle against the first across the bond [m]
+  Real slope;              ///< derivative of |u_t| by a displacement across the bond, 1 + O(strain) [-]
 };
 
 /// @param rest_length d0 [m]; @param first, @param second the reference normal of the bond turned with either particle.
 /// u_t = d0 (n (n.e) - e), e = shares-weighted mean of the turned reference normals.
-template <int dim>
-[[gnu::always_inline]] inline BondStrain<dim> bond_strain(const Pair<dim> &pair, double rest_length, const Vector<dim> &first,
-                                                          const Vector<dim> &second)
+template <int dim, typename Real>
+[[gnu::always_inline]] inline BondStrain<dim, Real> bond_strain(const Pair<dim, Real> &pair, const Real &rest_length,
+                                                                const Vector<dim, Real> &first, const Vector<dim, Real> &second)
 {
-  const Vector<dim> reference = pair.share_first * first + pair.share_second * second;
-  const double aligned = pair.normal.dot(reference);
+  const Vector<dim, Real> reference = pair.share_first * first + pair.share_second * second;
+  const Real aligned = pair.normal.dot(reference);
   return {pair.distance - rest_length, rest_length * (aligned * pair.normal - reference),
           aligned * rest_length / pair.distance};
 }
 
 /// What a pair does to its first particle; the second one gets -force.
-template <int dim>
+template <int dim, typename Real = double>
 struct PairLoad
 {
-  Vector<dim> force;      ///< on the first particle [N]
-  Spin<dim> torque_first; ///< [N m]
-  Spin<dim> torque_second;
+  Vector<dim, Real> force;      ///< on the first particle [N]
+  Spin<dim, Real> torque_first; ///< [N m]
+  Spin<dim, Real> torque_second;
 };
 
 /// Minus the derivative of the potential. force x distance balances the two torques exactly.
-template <int dim>
-[[gnu::always_inline]] inline PairLoad<dim> bond_load(const Pair<dim> &pair, const BondStrain<dim> &strain, double rest_length,
-                                                      const Vector<dim> &first, const Vector<dim> &second,
-                                                      const BondParameters &bond)
+/// @param share of the load that counts, the weight of the bond [-].
+template <int dim, typename Real>
+[[gnu::always_inline]] inline PairLoad<dim, Real> bond_load(const Pair<dim, Real> &pair, const BondStrain<dim, Real> &strain,
+                                                            const Real &rest_length, const Vector<dim, Real> &first,
+                                                            const Vector<dim, Real> &second, const BondParameters &bond,
+                                                            const Real &share = Real(1.))
 {
-  const double arm = bond.k_t * rest_length;
-  return {bond.k_n * strain.elongation * pair.normal + bond.k_t * strain.slope * strain.shear,
+  const Real k_n = share * Real(bond.k_n), k_t = share * Real(bond.k_t);
+  const Real arm = k_t * rest_length;
+  return {k_n * strain.elongation * pair.normal + k_t * strain.slope * strain.shear,
           pair.share_first * arm * cross(first, strain.shear), pair.share_second * arm * cross(second, strain.shear)};
 }
 
@@ -116,15 +140,30 @@ enum class Failure
   shear
 };
 
-/// Tension and shear are checked independently, compression alone never breaks the bond (Onate & Rojek 2004).
+/// F_n >= R_n.
+template <int dim, typename Real>
+[[gnu::always_inline]] inline auto fails_in_tension(const BondStrain<dim, Real> &strain, const BondParameters &bond)
+{
+  return Real(bond.k_n) * strain.elongation >= Real(bond.R_n);
+}
+
+/// |F_t| >= R_t + mu_b F_c: Mohr-Coulomb with the cohesion R_t; tension takes nothing away from it.
+template <int dim, typename Real>
+[[gnu::always_inline]] inline auto fails_in_shear(const BondStrain<dim, Real> &strain, const BondParameters &bond)
+{
+  using std::min;
+  const Real strength = Real(bond.R_t) - Real(bond.shear_friction * bond.k_n) * min(Real(0.), strain.elongation);
+  return Real(bond.k_t * bond.k_t) * strain.shear.squaredNorm() >= strength * strength;
+}
+
+/// Tension and shear are checked independently, compression alone never breaks the bond (Onate & Rojek 2004). Compression
+/// raises the shear strength when the bond has internal friction (the law of CIMNE's KDEM).
 template <int dim>
 Failure bond_failure(const BondStrain<dim> &strain, const BondParameters &bond)
 {
-  if (bond.k_n * strain.elongation >= bond.R_n)
+  if (fails_in_tension(strain, bond))
     return Failure::tension;
-  if (bond.k_t * bond.k_t * strain.shear.squaredNorm() >= bond.R_t * bond.R_t)
-    return Failure::shear;
-  return Failure::none;
+  return fails_in_shear(strain, bond) ? Failure::shear : Failure::none;
 }
 
 /// Distance at which an unbonded pair begins to touch [m]. Particles of a packing may overlap as stored: the length of a
@@ -135,20 +174,21 @@ inline double contact_length(double radii, double rest_length)
 }
 
 /// Velocity of the second particle against the first at their contact point [m/s].
-template <int dim>
-[[gnu::always_inline]] inline Vector<dim> contact_velocity(const Pair<dim> &pair, const Vector<dim> &velocity_first,
-                                                           const Vector<dim> &velocity_second, const Spin<dim> &spin_first,
-                                                           const Spin<dim> &spin_second)
+template <int dim, typename Real = double>
+[[gnu::always_inline]] inline Vector<dim, Real>
+contact_velocity(const Pair<dim, Real> &pair, const Vector<dim, Real> &velocity_first, const Vector<dim, Real> &velocity_second,
+                 const Spin<dim, Real> &spin_first, const Spin<dim, Real> &spin_second)
 {
-  const Spin<dim> roll = pair.distance * (pair.share_first * spin_first + pair.share_second * spin_second);
+  const Spin<dim, Real> roll = pair.distance * (pair.share_first * spin_first + pair.share_second * spin_second);
   return velocity_second - velocity_first - cross(roll, pair.normal);
 }
 
 /// Torques of a force that acts at the contact point.
-template <int dim>
-[[gnu::always_inline]] inline PairLoad<dim> contact_point_load(const Pair<dim> &pair, const Vector<dim> &force)
+template <int dim, typename Real = double>
+[[gnu::always_inline]] inline PairLoad<dim, Real> contact_point_load(const Pair<dim, Real> &pair,
+                                                                     const Vector<dim, Real> &force)
 {
-  const Spin<dim> moment = pair.distance * cross(pair.normal, force);
+  const Spin<dim, Real> moment = pair.distance * cross(pair.normal, force);
   return {force, pair.share_first * moment, pair.share_second * moment};
 }
 

@@ -2,6 +2,7 @@
 #include "dem_side/rock_bond_loop.h"
 
 #include <atom.h>
+#include <cstring>
 #include <neighbor.h>
 
 namespace kerf::dem
@@ -27,68 +28,172 @@ Eigen::Map<law::Spin<dim>> spin(double *v)
 template <int dim>
 constexpr double inertia_factor = dim == 2 ? 0.5 : 0.4; // J = factor m r^2 of a disc, a sphere
 
-/// Turns the quaternion q by the constant rate w over dt: q <- exp(w dt / 2) q.
-template <int dim>
-void turn(double *q, const double *w, double dt)
+/// Cosine and sin(a) / a of an angle given by its square.
+struct Angle
 {
-  const Eigen::Vector3d half = dim == 2 ? Eigen::Vector3d(0., 0., 0.5 * dt * w[2]) : Eigen::Vector3d(0.5 * dt * vector<3>(w));
-  const double square = half.squaredNorm();
-  double cosine, sinc;
-  if (square < 1e-3) // remainders of the series are below 1e-15
+  Lanes cosine, sinc;
+  explicit Angle(const Lanes &square)
+    : cosine(1. - square / 2. * (1. - square / 12. * (1. - square / 30.))), // remainders of the series below 1e-3: 1e-15
+      sinc(1. - square / 6. * (1. - square / 20. * (1. - square / 42.)))
   {
-    cosine = 1. - square / 2. * (1. - square / 12. * (1. - square / 30.));
-    sinc = 1. - square / 6. * (1. - square / 20. * (1. - square / 42.));
+    if (__builtin_expect(!any(square >= 1e-3), true))
+      return;
+    for (int lane = 0; lane < Lanes::size; ++lane)
+      if (square[lane] >= 1e-3)
+      {
+        const double angle = std::sqrt(square[lane]);
+        cosine.set(lane, std::cos(angle));
+        sinc.set(lane, std::sin(angle) / angle);
+      }
   }
-  else
-  {
-    const double angle = std::sqrt(square);
-    cosine = std::cos(angle);
-    sinc = std::sin(angle) / angle;
-  }
+};
+
+/// Turns the unit quaternion q by the constant rate w over dt: q <- exp(w dt / 2) q.
+template <int dim>
+void turn(Lanes *q, const law::Spin<dim, Lanes> &w, double dt)
+{
+  const law::Spin<dim, Lanes> half = Lanes(0.5 * dt) * w;
+  const Angle angle(half.squaredNorm());
+  const law::Spin<dim, Lanes> axis = angle.sinc * half;
+  // A Newton step keeps the norm from drifting by round-off.
   if constexpr (dim == 2)
   {
-    const double s = sinc * half.z();
-    const double real = cosine * q[0] - s * q[3], z = cosine * q[3] + s * q[0];
-    const double unit = 1.5 - 0.5 * (real * real + z * z); // Newton step against the drift of the norm by round-off
+    const Lanes real = angle.cosine * q[0] - axis[0] * q[3], z = angle.cosine * q[3] + axis[0] * q[0];
+    const Lanes unit = 1.5 - 0.5 * (real * real + z * z);
     q[0] = unit * real;
     q[3] = unit * z;
   }
   else
   {
-    const Eigen::Quaterniond now(q[0], q[1], q[2], q[3]), by(cosine, sinc * half.x(), sinc * half.y(), sinc * half.z());
-    const Eigen::Vector4d next = (by * now).coeffs();
-    const double unit = 1.5 - 0.5 * next.squaredNorm();
-    q[0] = unit * next[3];
-    vector<3>(q + 1) = unit * next.template head<3>();
+    const law::Vector<3, Lanes> now(q[1], q[2], q[3]);
+    const Lanes real = angle.cosine * q[0] - axis.dot(now);
+    const law::Vector<3, Lanes> next = angle.cosine * now + q[0] * axis + law::cross(axis, now);
+    const Lanes unit = 1.5 - 0.5 * (real * real + next.squaredNorm());
+    q[0] = unit * real;
+    for (int c = 0; c < 3; ++c)
+      q[1 + c] = unit * next[c];
   }
+}
+
+void set_rotation(ParticleRow<2> *rows, int n, Lanes *q)
+{
+  const Lanes cosine = q[0] * q[0] - q[3] * q[3], sine = 2. * q[0] * q[3];
+  for (int lane = 0; lane < n; ++lane)
+  {
+    rows[lane].cosine = cosine[lane];
+    rows[lane].sine = sine[lane];
+  }
+}
+void set_rotation(ParticleRow<3> *rows, int n, Lanes *q)
+{
+  transpose(q[0], q[1], q[2], q[3]);
+  for (int lane = 0; lane < n; ++lane)
+    std::memcpy(rows[lane].quaternion, &q[lane].v, sizeof(Lanes));
 }
 } // namespace
 
+/// What changes with the lists only.
+template <int dim>
+void RockBondLoop<dim>::load_constants()
+{
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  const int n = atom.nlocal + atom.nghost;
+  rows.assign(n, Row{});
+  for (int i = 0; i < n; ++i)
+  {
+    rows[i].position = vector<dim>(atom.x[i]);
+    rows[i].radius = atom.radius[i];
+    rows[i].mass = atom.rmass[i];
+    rows[i].weight = weight()[i];
+  }
+}
+
+template <int dim>
+void RockBondLoop<dim>::collect_pairs()
+{
+  loose_pairs.clear();
+  std::vector<typename IntactBonds<dim>::Bond> bonds;
+  typename IntactBonds<dim>::Place place;
+  for_each_pair(
+    [&](int i, int j, PairHistory &history, int &flag)
+    {
+      place = {i, place.particle == i ? place.neighbour + 1 : 0};
+      const OrderedPair pair = ordered(i, j);
+      if (history.state == PairHistory::intact)
+        bonds.push_back({pair.first, pair.second, pair.sign * vector<dim>(history.vector), history.rest_length, pair.weight,
+                         viscosity(pair), place});
+      else
+        loose_pairs.push_back(loose(pair, history, flag));
+    });
+  intact.assign(bonds);
+}
+
+/// Positions, velocities and rotations of the step; no loads.
 template <int dim>
 void RockBondLoop<dim>::load_rows(bool step)
 {
   LAMMPS_NS::Atom &atom = *lmp.atom;
   const int n = atom.nlocal + atom.nghost;
-  rows.resize(n);
-  double *q = rotation();
-  const double *weights = weight();
-  for (int i = 0; i < n; ++i)
+  double *rotations = rotation();
+  moved = 0.;
+  for (int begin = 0; begin < n; begin += Lanes::size)
   {
+    const int count = std::min(n - begin, Lanes::size);
+    // All particles go through the same lanes: a ghost must turn like its owner to the last bit.
+    Lanes q[4];
+    law::Spin<dim, Lanes> w;
+    for (int lane = 0; lane < Lanes::size; ++lane)
+    {
+      const int i = std::min(begin + lane, n - 1);
+      std::memcpy(&q[lane].v, rotations + 4 * i, sizeof(Lanes));
+      const auto omega = spin<dim>(atom.omega[i]);
+      for (int c = 0; c < w.size(); ++c)
+        w[c].set(lane, omega[c]);
+    }
+    transpose(q[0], q[1], q[2], q[3]);
     if (step)
-      turn<dim>(q + 4 * i, atom.omega[i], parameters.time_step);
-    Row &row = rows[i];
-    row.position = vector<dim>(atom.x[i]);
-    row.velocity = vector<dim>(atom.v[i]);
-    row.spin = spin<dim>(atom.omega[i]);
-    row.turn.set(q + 4 * i);
-    row.radius = atom.radius[i];
-    row.mass = atom.rmass[i];
-    row.weight = weights[i];
-    row.force.setZero();
-    row.torque.setZero();
-    row.damping_force.setZero();
-    row.damping_torque.setZero();
+    {
+      turn<dim>(q, w, parameters.time_step);
+      Lanes turned[] = {q[0], q[1], q[2], q[3]};
+      transpose(turned[0], turned[1], turned[2], turned[3]);
+      std::memcpy(rotations + 4 * begin, turned, count * sizeof(Lanes));
+    }
+    set_rotation(&rows[begin], count, q);
+    for (int i = begin; i < begin + count; ++i)
+    {
+      Row &row = rows[i];
+      row.position = vector<dim>(atom.x[i]);
+      row.velocity = vector<dim>(atom.v[i]);
+      row.spin = spin<dim>(atom.omega[i]);
+      row.force.setZero();
+      row.torque.setZero();
+      row.damping_force.setZero();
+      row.damping_torque.setZero();
+    }
+    if (!loose_pairs.empty() && !looked_from.empty())
+      for (int i = begin; i < begin + count; ++i)
+        moved = std::max(moved, (rows[i].position - looked_from[i]).squaredNorm());
   }
+}
+
+template <int dim>
+void RockBondLoop<dim>::find_near_pairs()
+{
+  const double gap = 0.05 * parameters.packing->mean_diameter; // any: a wider one is looked at less often
+  if (!looked_from.empty() && moved < 0.25 * gap * gap)
+    return;
+  near_pairs.clear();
+  for (int k = 0; k < static_cast<int>(loose_pairs.size()); ++k)
+  {
+    const LoosePair &loose = loose_pairs[k];
+    const double distance = (rows[loose.pair.second].position - rows[loose.pair.first].position).norm();
+    // A contact that has opened still has a spring to give up.
+    if (distance < loose.length + gap || !vector<dim>(loose.history->vector).isZero(0.))
+      near_pairs.push_back(k);
+  }
+  looked_from.resize(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    looked_from[i] = rows[i].position;
 }
 
 template <int dim>
@@ -97,38 +202,87 @@ void RockBondLoop<dim>::store_forces()
   LAMMPS_NS::Atom &atom = *lmp.atom;
   for (int i = 0; i < atom.nlocal; ++i)
   {
-    vector<dim>(atom.f[i]) += rows[i].force;
-    spin<dim>(atom.torque[i]) += rows[i].torque;
+    vector<dim>(atom.f[i]) += rows[i].force + rows[i].damping_force;
+    spin<dim>(atom.torque[i]) += rows[i].torque + rows[i].damping_torque;
   }
 }
 
 template <int dim>
 void RockBondLoop<dim>::pair_forces(bool step)
 {
+  if (lmp.neighbor->ago == 0)
+  {
+    load_constants();
+    collect_pairs();
+    looked_from.clear();
+  }
   load_rows(step);
+  if (!loose_pairs.empty())
+    find_near_pairs();
   if (parameters.bond.damping > 0.)
-    visit_pairs<true>(step);
+    add_pair_loads<true>(step);
   else
-    visit_pairs<false>(step);
+    add_pair_loads<false>(step);
   store_forces();
 }
 
 template <int dim>
-typename RockBondLoop<dim>::OrderedPair RockBondLoop<dim>::ordered(int i, int j)
+template <bool damped>
+void RockBondLoop<dim>::add_pair_loads(bool step)
+{
+  for (const int k : near_pairs)
+    contact<damped>(loose_pairs[k], step, false);
+  // After the contacts: what breaks becomes one and has its loads already.
+  if (intact.template add_loads<damped>(rows, parameters.bond, lmp.neighbor->contactDistanceFactor, step,
+                                        [this](const auto &bond) { break_bond<damped>(bond); }))
+    overstretched = true;
+}
+
+template <int dim>
+typename RockBondLoop<dim>::OrderedPair RockBondLoop<dim>::ordered(int i, int j) const
 {
   const double weight = 0.5 * (rows[i].weight + rows[j].weight);
   if (j < lmp.atom->nlocal)
-    return {rows[i], rows[j], 1., 1., weight};
+    return {i, j, 1., 1., weight};
   if (lmp.atom->tag[i] < lmp.atom->tag[j])
-    return {rows[i], rows[j], 1., 0.5, weight};
-  return {rows[j], rows[i], -1., 0.5, weight};
+    return {i, j, 1., 0.5, weight};
+  return {j, i, -1., 0.5, weight};
+}
+
+template <int dim>
+typename RockBondLoop<dim>::LoosePair RockBondLoop<dim>::loose(const OrderedPair &pair, PairHistory &history, int &flag) const
+{
+  const double radii = rows[pair.first].radius + rows[pair.second].radius;
+  return {pair, law::contact_length(radii, history.rest_length), viscosity(pair), &history, &flag};
+}
+
+template <int dim>
+law::Pair<dim> RockBondLoop<dim>::geometry(const OrderedPair &pair) const
+{
+  const Row &first = rows[pair.first], &second = rows[pair.second];
+  return law::make_pair<dim>(first.position, second.position, first.radius, second.radius);
+}
+
+template <int dim>
+law::BondStrain<dim> RockBondLoop<dim>::bond_strain(const OrderedPair &pair, const PairHistory &history) const
+{
+  const Vector normal = pair.sign * vector<dim>(history.vector);
+  return law::bond_strain<dim>(geometry(pair), history.rest_length, rows[pair.first].turn() * normal,
+                               rows[pair.second].turn() * normal);
+}
+
+template <int dim>
+double RockBondLoop<dim>::viscosity(const OrderedPair &pair) const
+{
+  return law::viscosity(parameters.bond.damping, rows[pair.first].mass, rows[pair.second].mass,
+                        pair.weight * parameters.bond.k_n);
 }
 
 namespace
 {
 /// The load on a row and its partner. Ghosts are loaded, too: nobody reads it and the loop has no branch.
 template <int dim>
-[[gnu::always_inline]] inline void add(ParticleRow<dim> &first, ParticleRow<dim> &second, const law::PairLoad<dim> &load)
+void add(ParticleRow<dim> &first, ParticleRow<dim> &second, const law::PairLoad<dim> &load)
 {
   first.force += load.force;
   second.force -= load.force;
@@ -136,10 +290,8 @@ template <int dim>
   second.torque += load.torque_second;
 }
 template <int dim>
-[[gnu::always_inline]] inline void add_damping(ParticleRow<dim> &first, ParticleRow<dim> &second,
-                                               const law::PairLoad<dim> &load)
+void add_damping(ParticleRow<dim> &first, ParticleRow<dim> &second, const law::PairLoad<dim> &load)
 {
-  add(first, second, load);
   first.damping_force += load.force;
   second.damping_force -= load.force;
   first.damping_torque += load.torque_first;
@@ -147,106 +299,53 @@ template <int dim>
 }
 } // namespace
 
-template <int dim>
-template <bool damped>
-void RockBondLoop<dim>::visit_pairs(bool step)
-{
-  const double reach = lmp.neighbor->contactDistanceFactor;
-  const BondParameters &bond = parameters.bond;
-  const double tangential_viscosity = std::sqrt(bond.k_t / bond.k_n);
-  for_each_pair([&](int i, int j, PairHistory &history, int &flag) __attribute__((always_inline)) {
-    const OrderedPair pair = ordered(i, j);
-    Row &first = pair.first, &second = pair.second;
-    if (history.state != PairHistory::intact)
-    {
-      contact<damped>(pair, history, flag, step, false);
-      return;
-    }
-    const auto geometry = law::make_pair<dim>(first.position, second.position, first.radius, second.radius);
-    const Vector normal = pair.sign * vector<dim>(history.vector);
-    const Vector turned_first = first.turn * normal, turned_second = second.turn * normal;
-    const auto strain = law::bond_strain<dim>(geometry, history.rest_length, turned_first, turned_second);
-    if (step)
-    {
-      const law::Failure failure = law::bond_failure<dim>(strain, bond);
-      if (failure != law::Failure::none)
-      {
-        Eigen::Vector3d position = Eigen::Vector3d::Zero();
-        position.head<dim>() = first.position + geometry.share_first * geometry.distance * geometry.normal;
-        record_break(i, j, failure == law::Failure::shear, position);
-        break_bond<damped>(pair, strain, history, flag);
-        return;
-      }
-    }
-    if (!(geometry.distance < reach * (first.radius + second.radius)))
-      overstretched = true;
-
-    auto load = law::bond_load<dim>(geometry, strain, history.rest_length, turned_first, turned_second, bond);
-    load.force *= pair.weight;
-    load.torque_first *= pair.weight;
-    load.torque_second *= pair.weight;
-    add(first, second, load);
-    if constexpr (damped)
-    {
-      const Vector v = law::contact_velocity<dim>(geometry, first.velocity, second.velocity, first.spin, second.spin);
-      const double c = law::viscosity(bond.damping, first.mass, second.mass, pair.weight * bond.k_n);
-      const double c_t = tangential_viscosity * c;
-      const Vector force = c_t * v + (c - c_t) * geometry.normal.dot(v) * geometry.normal;
-      add_damping(first, second, law::contact_point_load<dim>(geometry, force));
-    }
-  });
-}
-
 /// Contact without a bond: unilateral, with Coulomb friction. Returns its elastic energy at the end (weighted) [J].
 template <int dim>
 template <bool damped>
-double RockBondLoop<dim>::contact(const OrderedPair &pair, PairHistory &history, int &flag, bool step, bool just_broken)
+double RockBondLoop<dim>::contact(const LoosePair &loose, bool step, bool just_broken)
 {
-  Row &first = pair.first, &second = pair.second;
+  const OrderedPair &pair = loose.pair;
+  Row &first = rows[pair.first], &second = rows[pair.second];
+  PairHistory &history = *loose.history;
   const BondParameters &bond = parameters.bond;
-  const double length = law::contact_length(first.radius + second.radius, history.rest_length);
   auto stored_spring = vector<dim>(history.vector);
-  if ((second.position - first.position).squaredNorm() >= length * length)
+  if ((second.position - first.position).squaredNorm() >= loose.length * loose.length)
   {
-    if (step && flag)
+    if (step && *loose.flag)
     {
       if (!just_broken)
         dissipation.friction += 0.5 * pair.share * pair.weight * bond.k_t * stored_spring.squaredNorm();
       stored_spring.setZero();
-      flag = history.state == PairHistory::broken; // an open pair that was never bonded has nothing to remember
+      *loose.flag = history.state == PairHistory::broken; // an open pair that was never bonded has nothing to remember
     }
     return 0.;
   }
 
-  const auto geometry = law::make_pair<dim>(first.position, second.position, first.radius, second.radius);
+  const auto geometry = this->geometry(pair);
   const Vector &normal = geometry.normal;
   const double k_n = pair.weight * bond.k_n, k_t = pair.weight * bond.k_t;
   const Vector v = law::contact_velocity<dim>(geometry, first.velocity, second.velocity, first.spin, second.spin);
   const Vector v_t = v - normal.dot(v) * normal;
-  const double c = damped ? law::viscosity(bond.damping, first.mass, second.mass, k_n) : 0.;
+  const double c = loose.viscosity;
   const double c_t = damped ? c * std::sqrt(bond.k_t / bond.k_n) : 0.;
 
-  const double overlap = length - geometry.distance;
+  const double overlap = loose.length - geometry.distance;
   const double push = std::max(0., k_n * overlap - c * normal.dot(v)); // damping must not pull
   const Vector spring = law::in_contact_plane<dim>(pair.sign * stored_spring, normal);
   const Vector trial = step && !just_broken ? Vector(spring + parameters.time_step * v_t) : spring;
   const auto friction = law::coulomb<dim>(trial, k_t, push, bond.friction, c_t * v_t);
 
-  const Vector force = friction.force - push * normal;
+  const Vector force = k_t * friction.spring - k_n * overlap * normal;
   add(first, second, law::contact_point_load<dim>(geometry, force));
   if constexpr (damped)
   {
     const Vector viscous = (k_n * overlap - push) * normal + (friction.force - k_t * friction.spring);
-    const auto load = law::contact_point_load<dim>(geometry, viscous);
-    first.damping_force += load.force;
-    second.damping_force -= load.force;
-    first.damping_torque += load.torque_first;
-    second.damping_torque += load.torque_second;
+    add_damping(first, second, law::contact_point_load<dim>(geometry, viscous));
   }
   if (step)
   {
     stored_spring = pair.sign * friction.spring;
-    flag = 1;
+    *loose.flag = 1;
     if (!just_broken) // work of the mean force of the step on the slip
       dissipation.friction += 0.5 * pair.share * k_t * (spring + friction.spring).dot(trial - friction.spring);
   }
@@ -256,12 +355,24 @@ double RockBondLoop<dim>::contact(const OrderedPair &pair, PairHistory &history,
 /// The bond becomes a contact that starts with its shear; what that cannot carry is released.
 template <int dim>
 template <bool damped>
-void RockBondLoop<dim>::break_bond(const OrderedPair &pair, const law::BondStrain<dim> &strain, PairHistory &history, int &flag)
+void RockBondLoop<dim>::break_bond(const typename IntactBonds<dim>::Failing &bond)
 {
+  const auto [i, n] = bond.place;
+  const int j = gran.list->firstneigh[i][n] & NEIGHMASK;
+  PairHistory &history = reinterpret_cast<PairHistory *>(gran.listgranhistory->firstdouble[i])[n];
+  const OrderedPair pair = ordered(i, j);
+  const auto geometry = this->geometry(pair);
+  const auto strain = bond_strain(pair, history);
+
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  position.head<dim>() = rows[pair.first].position + geometry.share_first * geometry.distance * geometry.normal;
+  record_break(i, j, bond.failure == law::Failure::shear, position);
   history.state = PairHistory::broken;
   Eigen::Map<Eigen::Vector3d>(history.vector).setZero();
   vector<dim>(history.vector) = pair.sign * strain.shear;
-  const double left = contact<damped>(pair, history, flag, true, true);
+  near_pairs.push_back(static_cast<int>(loose_pairs.size()));
+  loose_pairs.push_back(loose(pair, history, gran.listgranhistory->firstneigh[i][n]));
+  const double left = contact<damped>(loose_pairs.back(), true, true);
   dissipation.released += pair.share * (pair.weight * law::bond_energy<dim>(strain, parameters.bond) - left);
 }
 
@@ -305,22 +416,15 @@ double RockBondLoop<dim>::elastic_energy()
 {
   double energy = 0.;
   for_each_pair(
-    [&](int i, int j, const PairHistory &history, int)
+    [&](int i, int j, PairHistory &history, int &flag)
     {
       const OrderedPair pair = ordered(i, j);
-      const Row &first = pair.first, &second = pair.second;
-      const auto geometry = law::make_pair<dim>(first.position, second.position, first.radius, second.radius);
-      const Vector stored = pair.sign * vector<dim>(history.vector);
+      const BondParameters &bond = parameters.bond;
       if (history.state == PairHistory::intact)
-      {
-        const auto strain = law::bond_strain<dim>(geometry, history.rest_length, first.turn * stored, second.turn * stored);
-        energy += pair.share * pair.weight * law::bond_energy<dim>(strain, parameters.bond);
-        return;
-      }
-      const double overlap = law::contact_length(first.radius + second.radius, history.rest_length) - geometry.distance;
-      if (overlap > 0.)
+        energy += pair.share * pair.weight * law::bond_energy<dim>(bond_strain(pair, history), bond);
+      else if (const double overlap = loose(pair, history, flag).length - geometry(pair).distance; overlap > 0.)
         energy += 0.5 * pair.share * pair.weight *
-                  (parameters.bond.k_n * overlap * overlap + parameters.bond.k_t * stored.squaredNorm());
+                  (bond.k_n * overlap * overlap + bond.k_t * vector<dim>(history.vector).squaredNorm());
     });
   return energy;
 }
@@ -335,10 +439,11 @@ std::vector<ActiveBond> RockBondLoop<dim>::bonds()
     {
       if (history.state != PairHistory::intact || (j >= lmp.atom->nlocal && tag[i] > tag[j]))
         return;
-      const int a = tag[i] < tag[j] ? i : j, b = tag[i] < tag[j] ? j : i;
-      const Vector normal = (a == i ? 1. : -1.) * vector<dim>(history.vector);
-      const auto geometry = law::make_pair<dim>(rows[a].position, rows[b].position, rows[a].radius, rows[b].radius);
-      const auto strain = law::bond_strain<dim>(geometry, history.rest_length, rows[a].turn * normal, rows[b].turn * normal);
+      OrderedPair pair = ordered(i, j);
+      if (tag[i] > tag[j])
+        pair = {j, i, -pair.sign, pair.share, pair.weight};
+      const auto strain = bond_strain(pair, history);
+      const int a = pair.first, b = pair.second;
       bonds.push_back({tag[a] - 1, tag[b] - 1, vector<3>(lmp.atom->x[a]), vector<3>(lmp.atom->x[b]),
                        parameters.bond.k_n * strain.elongation, parameters.bond.k_t * strain.shear.norm()});
     });

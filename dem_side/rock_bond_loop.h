@@ -1,48 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "dem_side/rock_bond_law.h"
+#include "dem_side/intact_bonds.h"
 #include "dem_side/rock_bond_style.h"
 
 #include <neigh_list.h>
 
 namespace kerf::dem
 {
-/// Rotation of a particle, ready to turn vectors.
-template <int dim>
-struct Turn;
-
-template <>
-struct Turn<2>
-{
-  Eigen::Vector2d cos_sin;
-  void set(const double *q) { cos_sin = {q[0] * q[0] - q[3] * q[3], 2. * q[0] * q[3]}; }
-  Eigen::Vector2d operator*(const Eigen::Vector2d &a) const { return cos_sin.x() * a + cos_sin.y() * law::quarter_turn(a); }
-};
-
-template <>
-struct Turn<3>
-{
-  Eigen::Matrix3d matrix;
-  void set(const double *q) { matrix = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix(); }
-  Eigen::Vector3d operator*(const Eigen::Vector3d &a) const { return matrix * a; }
-};
-
-/// All that the pair loop needs of one particle side by side (two cache lines in 2D, one if there is no damping):
-/// LIGGGHTS' separate arrays would cost a cache miss each.
-template <int dim>
-struct alignas(64) ParticleRow
-{
-  law::Vector<dim> position, force;
-  Turn<dim> turn;
-  double radius, weight;
-  law::Spin<dim> torque, spin;
-  double mass;
-  law::Spin<dim> damping_torque;
-  law::Vector<dim> velocity, damping_force;
-};
-
-/// The pair loop of the rock bond.
+/// The pair loop of the rock bond. Intact bonds and other pairs of LIGGGHTS' lists go through loops of their own; what a step
+/// needs of both is collected when LIGGGHTS builds its lists. LIGGGHTS' contact history is written when a bond breaks and by
+/// contacts, so that particles that change rank take the present state along.
 template <int dim>
 class RockBondLoop final : public RockBondStyle
 {
@@ -58,28 +26,50 @@ private:
   using Vector = law::Vector<dim>;
   using Row = ParticleRow<dim>;
 
-  /// A pair in a fixed order, so that both ranks of a pair across ranks compute the same bits.
+  /// A pair in an order that both ranks of a pair across ranks agree on, so that they compute the same bits.
   struct OrderedPair
   {
-    Row &first, &second;
+    int first, second;
     double sign;  ///< of the history's vector
     double share; ///< of this rank in energies
     double weight;
   };
+  /// A near pair without an intact bond.
+  struct LoosePair
+  {
+    OrderedPair pair;
+    double length;    ///< distance at which the contact begins [m]
+    double viscosity; ///< normal [N s/m]
+    PairHistory *history;
+    int *flag; ///< of LIGGGHTS: whether the history is worth keeping
+  };
 
   void pair_forces(bool step) override;
   void damp(bool step) override;
+  void load_constants();
+  void collect_pairs();
   void load_rows(bool step);
+  void find_near_pairs();
   void store_forces();
   template <bool damped>
-  void visit_pairs(bool step);
+  void add_pair_loads(bool step);
   template <bool damped>
-  double contact(const OrderedPair &pair, PairHistory &history, int &flag, bool step, bool just_broken);
+  double contact(const LoosePair &loose, bool step, bool just_broken);
   template <bool damped>
-  void break_bond(const OrderedPair &pair, const law::BondStrain<dim> &strain, PairHistory &history, int &flag);
-  OrderedPair ordered(int i, int j);
+  void break_bond(const typename IntactBonds<dim>::Failing &bond);
+  OrderedPair ordered(int i, int j) const;
+  LoosePair loose(const OrderedPair &pair, PairHistory &history, int &flag) const;
+  law::Pair<dim> geometry(const OrderedPair &pair) const;
+  law::BondStrain<dim> bond_strain(const OrderedPair &pair, const PairHistory &history) const;
+  double viscosity(const OrderedPair &pair) const;
 
   std::vector<Row> rows; ///< local and ghost particles at the last force computation
+  IntactBonds<dim> intact;
+  std::vector<LoosePair> loose_pairs;
+  // Most loose pairs are apart. They are looked at again when a particle has moved by half the gap that near ones are within.
+  std::vector<int> near_pairs;
+  std::vector<Vector> looked_from; ///< positions of the rows when near pairs were found
+  double moved = 0.;               ///< largest distance from there, squared [m^2]
 };
 
 template <typename Visit>

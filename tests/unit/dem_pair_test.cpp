@@ -180,6 +180,32 @@ TEST(DemPair, CompressionNeverBreaks)
   EXPECT_NEAR(push.force(0, 0), -0.1 * d0 * s.bond.k_n, 1e-10 * d0 * s.bond.k_n); // 1000 times the strength
 }
 
+TEST(DemPair, CompressedBondWithInternalFrictionShearsLater)
+{
+  // Pressed by F_c = 10 R_t, then sheared in steps of 1/1000 of the strength R_t + mu_b F_c = 9 R_t.
+  for (const int dim : {2, 3})
+  {
+    const Packing packing = two_particles(0.5e-3, 0.5e-3, d0, dim);
+    Settings s = settings(packing);
+    s.bond.R_t = 1e-6 * d0 * s.bond.k_n;
+    s.bond.shear_friction = 0.8;
+    const double press = 10. * s.bond.R_t / s.bond.k_n;
+    const int last = 1000; // the half step in u keeps round-off and the turn of the pair (3.6e-5, squared) from deciding
+    const double u = 9. * s.bond.R_t / s.bond.k_t / (last - 0.5);
+    const Eigen::Matrix3Xd x = packing.positions;
+    const auto path = [&](int particle, double t)
+    { return Eigen::Vector3d(x.col(particle) + particle * Eigen::Vector3d(-press, u * t / s.time_step, 0.)); };
+    Driven shear(s, path);
+    shear.advance(last - 1);
+    EXPECT_EQ(shear.dem.n_bonds_broken(), 0);
+    EXPECT_NEAR(shear.force(1, 0), 9. * s.bond.R_t, 2e-3 * 9. * s.bond.R_t);
+    shear.advance(1);
+    EXPECT_EQ(shear.dem.n_bonds_broken(), 1);
+    for (const BrokenBond &b : shear.dem.broken_bonds())
+      EXPECT_TRUE(b.shear);
+  }
+}
+
 TEST(DemPair, RigidRotationGivesNoLoad)
 {
   for (const int dim : {2, 3})

@@ -200,6 +200,28 @@ TEST(RockBondLaw, CompressionAloneNeverBreaks)
   }
 }
 
+TEST(RockBondLaw, CompressionRaisesTheShearStrengthByInternalFriction)
+{
+  BondParameters bond = rock();
+  bond.shear_friction = 0.8;
+  const double more = 1. + 1e-12, less = 1. - 1e-12;
+  const auto failure = [&bond](double compression, double shear_force)
+  {
+    law::BondStrain<3> strain{-compression / bond.k_n, Eigen::Vector3d(0., 0., shear_force / bond.k_t), 1.};
+    return law::bond_failure<3>(strain, bond);
+  };
+  for (const double compression : {0., 1e3, 1e5})
+  {
+    const double strength = bond.R_t + 0.8 * compression;
+    EXPECT_EQ(failure(compression, less * strength), law::Failure::none);
+    EXPECT_EQ(failure(compression, -less * strength), law::Failure::none);
+    EXPECT_EQ(failure(compression, more * strength), law::Failure::shear);
+  }
+  // Tension leaves the cohesion as it is.
+  EXPECT_EQ(failure(-0.9 * bond.R_n, less * bond.R_t), law::Failure::none);
+  EXPECT_EQ(failure(-0.9 * bond.R_n, more * bond.R_t), law::Failure::shear);
+}
+
 TEST(RockBondLaw, EnergyAtFailureIsHalfStrengthSquaredOverStiffness)
 {
   const BondParameters bond = rock();
