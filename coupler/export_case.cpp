@@ -127,8 +127,8 @@ private:
     out << "# Bonds come from the store (particle = tag - 1); k in N/m, R in N" << (flat ? ", per metre" : "") << "\n"
         << "pair_style    gran model kerf_rock_bond &\n"
         << "              k_n " << bond.k_n << " k_t " << bond.k_t << " R_n " << bond.R_n << " R_t " << bond.R_t << " &\n"
-        << "              friction " << bond.friction << " damping " << bond.damping << " local_damping "
-        << c.settings.local_damping << " &\n"
+        << "              shear_friction " << bond.shear_friction << " friction " << bond.friction << " damping "
+        << bond.damping << " local_damping " << c.settings.local_damping << " &\n"
         << "              store " << store << "\n"
         << "pair_coeff    * *\n"
         << "timestep      " << c.particles.time_step << "\n\n";

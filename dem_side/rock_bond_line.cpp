@@ -41,6 +41,7 @@ RockBondLine parse_rock_bond_line(int n_words, const char *const *words)
                                  {"k_t", &line.bond.k_t, 0., infinite, false},
                                  {"R_n", &line.bond.R_n, 0., infinite, true},
                                  {"R_t", &line.bond.R_t, 0., infinite, true},
+                                 {"shear_friction", &line.bond.shear_friction, 0., infinite, false},
                                  {"friction", &line.bond.friction, 0., infinite, false},
                                  {"damping", &line.bond.damping, 0., infinite, false},
                                  {"local_damping", &line.local_damping, 0., 1., false}};
