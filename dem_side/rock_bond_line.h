@@ -15,7 +15,8 @@ struct RockBondLine
   std::string store;         ///< HDF5 store with the bonds; empty: contacts only
 };
 
-/// Pairs of key and value: k_n, k_t [N/m], R_n, R_t [N], shear_friction, friction, damping, local_damping [-], store FILE. k_n and k_t must be
-/// given, with a store R_n and R_t, too. Throws std::invalid_argument with one line: what is wrong, what is allowed.
+/// Pairs of key and value: k_n, k_t [N/m], R_n, R_t [N], shear_friction, friction, damping, local_damping [-], store FILE. k_n
+/// and k_t must be given, with a store R_n and R_t, too. Throws std::invalid_argument with one line: what is wrong, what is
+/// allowed.
 RockBondLine parse_rock_bond_line(int n_words, const char *const *words);
 } // namespace kerf::dem

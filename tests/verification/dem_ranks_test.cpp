@@ -164,7 +164,7 @@ TEST(DemRanks, SameBondsBreakInTheSameSteps)
   {
     Settings s = settings(packing);
     if (packing.dim == 3)
-      s.time_step *= std::sqrt(6.5 / 10.); // FCC with free rotations: omega_max^2 = 40 k_t / m
+      s.time_step *= std::sqrt(6.5 / 10.);           // FCC with free rotations: omega_max^2 = 40 k_t / m
     const double weak = packing.dim == 2 ? 1. : 0.3; // vibrations are smaller in space
     s.bond.R_n = weak * 2e-3 * packing.mean_diameter * s.bond.k_n;
     s.bond.R_t = weak * 5e-4 * packing.mean_diameter * s.bond.k_n;
