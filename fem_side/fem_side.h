@@ -23,10 +23,10 @@ struct MeshSettings
 {
   std::string gmsh_file; ///< .msh file; empty: shape
   MeshShape shape = MeshShape::box;
-  double flat_angle = 0.; ///< of a disc: half of the angle of the flats at its top and bottom [rad]
-  Eigen::Vector3d lower = Eigen::Vector3d::Zero();      ///< box corner [m]
-  Eigen::Vector3d upper = Eigen::Vector3d::Zero();      ///< box corner [m]
-  double cell_size = 0.;                                ///< cell size, inside the fine zone if there is one [m]
+  double flat_angle = 0.;                          ///< of a disc: half of the angle of the flats at its top and bottom [rad]
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero(); ///< box corner [m]
+  Eigen::Vector3d upper = Eigen::Vector3d::Zero(); ///< box corner [m]
+  double cell_size = 0.;                           ///< cell size, inside the fine zone if there is one [m]
   Eigen::Vector3d fine_lower = Eigen::Vector3d::Zero(); ///< fine zone corner [m]; fine_lower == fine_upper: uniform
   Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero(); ///< fine zone corner [m]
   double growth = 1.;                                   ///< ratio of neighbouring cell sizes outside the fine zone, >= 1

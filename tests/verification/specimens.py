@@ -42,20 +42,23 @@ def last_snapshot(directory):
 
 
 with tempfile.TemporaryDirectory() as work:
-    # Uniaxial compression. E and nu of the middle against the static solve that calibrated the store to them: 1 % for the
-    # window that sees some 1500 of the particles (four seeds gave -1.1 ... +0.3 %), 0.02 for nu (-0.004 ... +0.007).
+    # Uniaxial compression. E and nu of the middle against the static solve that calibrated the store to them, over three
+    # packings: the middle of a specimen sees half of its particles and differs from the whole by about 1.5 %, its nu by 0.007.
     case = kerf_runner.copy_case(os.path.join(CASES, "uniaxial_compression_2d"), os.path.join(work, "ucs"))
-    ucs = os.path.join(work, "ucs_results")
-    print(run(["run", case, "--output", ucs]).strip().splitlines()[-2])
-    stress, axial, lateral = (column(ucs, name) for name in ("middle_stress", "axial_strain", "lateral_strain"))
-    nominal = column(ucs, "nominal_stress")
-    peak = int(np.argmax(nominal))
-    linear = slice(int(np.argmax(nominal > 0.3 * nominal[peak])), int(np.argmax(nominal > 0.7 * nominal[peak])))
-    ratio = np.polyfit(axial[linear], lateral[linear], 1)[0]
-    poisson = ratio / (1. + ratio)  # plane strain
-    young = np.polyfit(axial[linear], stress[linear], 1)[0] * (1. - poisson**2)
-    check("E of the middle", abs(young / YOUNG - 1.) < 0.01, f"{young / 1e9:.4g} GPa")
-    check("nu of the middle", abs(poisson - POISSON) < 0.02, f"{poisson:.4f}")
+    young, poisson = [], []
+    for seed in (3, 2, 1):
+        ucs = os.path.join(work, f"ucs_results_{seed}")
+        print(run(["run", case, "--output", ucs, "--set", f"Packing/Seed={seed}"]).strip().splitlines()[-2])
+        stress, axial, lateral = (column(ucs, name) for name in ("middle_stress", "axial_strain", "lateral_strain"))
+        nominal = column(ucs, "nominal_stress")
+        peak = int(np.argmax(nominal))
+        linear = slice(int(np.argmax(nominal > 0.3 * nominal[peak])), int(np.argmax(nominal > 0.7 * nominal[peak])))
+        ratio = np.polyfit(axial[linear], lateral[linear], 1)[0]
+        poisson.append(ratio / (1. + ratio))  # plane strain
+        young.append(np.polyfit(axial[linear], stress[linear], 1)[0] * (1. - poisson[-1]**2))
+    check("E of the middle, mean", abs(np.mean(young) / YOUNG - 1.) < 0.01, f"{np.mean(young) / 1e9:.4g} GPa")
+    check("E of the middle, each", all(abs(E / YOUNG - 1.) < 0.03 for E in young), young)
+    check("nu of the middle", all(abs(nu - POISSON) < 0.02 for nu in poisson), poisson)
     check("the peak is passed and the run has stopped", nominal[-1] < 0.5 * nominal[peak] and len(nominal) > peak + 1)
     residual, put_in = column(ucs, "energy_residual")[-1], column(ucs, "work_tool")[-1]
     # Crushing: forces jump where bonds break within a step.
@@ -77,10 +80,10 @@ with tempfile.TemporaryDirectory() as work:
 
     # Calibration on small specimens: the values in the store, and the same specimens run again by `kerf run`. 5 % is what is
     # asked of a calibration; it stops at 2 %.
-    f_t, f_c = 10e6, 40e6
+    f_t, f_c = 10e6, 50e6
     case = kerf_runner.copy_case(os.path.join(CASES, "uniaxial_compression_2d"), os.path.join(work, "small"))
     small = ["--set", f"Rock/Tensile strength={f_t}", "--set", f"Rock/Compressive strength={f_c}",
-             "--set", "Mesh/Upper corner=0.02, 0.04", "--set", "Calibration/Specimen width=20"]
+             "--set", "Mesh/Upper corner=0.03, 0.06", "--set", "Calibration/Specimen width=30", "--set", "Calibration/Transits=25"]
     print(run(["calibrate", case, *small]).strip())
     store = os.path.join(case, "packing_random_1000um_seed1.h5")
     with h5py.File(store) as file:
@@ -109,7 +112,8 @@ with tempfile.TemporaryDirectory() as work:
     other = kerf_runner.run(KERF, ["run", case, *calibrated, "--set", "Rock/Tensile strength=9e6"], cwd=work)
     lines = [line for line in other.stderr.splitlines() if line]
     check("strengths of another rock", other.returncode == 2 and len(lines) == 1 and "kerf calibrate" in lines[0], lines)
-    out_of_reach = kerf_runner.run(KERF, ["calibrate", case, *small, "--set", "Rock/Compressive strength=400e6"], cwd=work)
+    out_of_reach = kerf_runner.run(KERF, ["calibrate", case, *small, "--set", "Rock/Compressive strength=400e6", "--set",
+                                           "Calibration/Packings=1", "--set", "Calibration/Transits=5"], cwd=work)
     lines = [line for line in out_of_reach.stderr.splitlines() if line]
     check("ratio out of reach", out_of_reach.returncode == 2 and len(lines) == 1 and "out of reach" in lines[0], lines)
 
