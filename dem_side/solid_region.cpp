@@ -13,8 +13,8 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> filled_box(const Packing &packing)
     return {packing.lower, packing.upper};
 
   // Grid cells of about two diameters; those at the surface are partly empty.
-  const double size =
-    extent.head(packing.dim).maxCoeff() / std::max(1., std::floor(extent.maxCoeff() / (2. * packing.mean_diameter)));
+  const double longest = extent.maxCoeff(); // in two dimensions the third is 0
+  const double size = longest / std::max(1., std::floor(longest / (2. * packing.mean_diameter)));
   std::array<int, 3> n = {1, 1, 1};
   for (int c = 0; c < packing.dim; ++c)
     n[c] = std::max(1, static_cast<int>(extent[c] / size + 1e-9));
