@@ -100,7 +100,7 @@ private:
     result.mesh.cell_size = std::max(4. * d, 0.1 * width);
     result.mesh.flat_angle = flat_angle;
     result.mesh.upper =
-      brazilian ? Eigen::Vector3d(1.25 * width, 1.25 * width, 0.5 * width) : Eigen::Vector3d(width, 2. * width, width);
+      brazilian ? Eigen::Vector3d(1.25 * width, 1.25 * width, width) : Eigen::Vector3d(width, 2. * width, width);
     if (rock.dim() == 2)
       result.mesh.upper[2] = 0.;
     result.boundary_conditions.clear();
