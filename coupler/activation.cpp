@@ -2,6 +2,7 @@
 #include "coupler/activation.h"
 
 #include "coupler/criterion.h"
+#include "coupler/gather.h"
 #include "coupler/input_error.h"
 
 #include <Eigen/Geometry>
@@ -12,22 +13,6 @@ namespace kerf
 {
 namespace
 {
-/// Concatenates the lists of all ranks.
-template <typename Number>
-std::vector<Number> gather_all(const std::vector<Number> &mine, MPI_Datatype type, MPI_Comm comm)
-{
-  int n_ranks = 1;
-  MPI_Comm_size(comm, &n_ranks);
-  const int n = static_cast<int>(mine.size());
-  std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
-  MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  for (int r = 1; r < n_ranks; ++r)
-    offsets[r] = offsets[r - 1] + counts[r - 1];
-  std::vector<Number> all(offsets.back() + counts.back());
-  MPI_Allgatherv(mine.data(), n, type, all.data(), counts.data(), offsets.data(), type, comm);
-  return all;
-}
-
 /// Cells that share a face: 2^(dim-1) common nodes.
 std::vector<std::vector<int>> face_neighbours(const fem::Mesh &mesh)
 {

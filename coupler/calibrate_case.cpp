@@ -135,7 +135,7 @@ private:
     Console silent(false);
     Scene scene = build_scene(settings, Mode::dem, silent, MPI_COMM_SELF);
     scene.settings.bond = bond;
-    scene.dt = settings.safety * stable_steps(scene.settings, Mode::dem, *scene.fem, scene.packing).coupled;
+    scene.dt = settings.safety * stable_steps(scene.settings, Mode::dem, *scene.fem, scene.packing, MPI_COMM_SELF).coupled;
     CoupledModel model(scene.settings, Mode::dem, *scene.fem, scene.packing, scene.dt, MPI_COMM_SELF);
     model.start();
     const SpecimenGauge gauge(scene.settings, scene.fem->mesh(), scene.packing, MPI_COMM_SELF);

@@ -372,10 +372,16 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.calibration.transits = reader.number("Calibration", "Transits");
   result.local_damping = reader.number("Bond", "Local damping");
 
-  result.constraint = choose<ConstraintMethod>(
-    reader.text("Coupling", "Method"),
-    {{"penalty", ConstraintMethod::penalty}, {"penalty_mass_scaled", ConstraintMethod::penalty_mass_scaled}});
-  result.overlap_width = reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
+  result.constraint = choose<ConstraintMethod>(reader.text("Coupling", "Method"),
+                                               {{"penalty", ConstraintMethod::penalty},
+                                                {"penalty_mass_scaled", ConstraintMethod::penalty_mass_scaled},
+                                                {"multipliers", ConstraintMethod::multipliers},
+                                                {"multipliers_diagonal", ConstraintMethod::multipliers_diagonal}});
+  const double overlap_cells = reader.number("Coupling", "Overlap cells");
+  result.overlap_width = overlap_cells > 0. ? overlap_cells * result.mesh.cell_size
+                                            : reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
+  result.interface_damping = reader.number("Coupling", "Interface damping");
+  result.fluctuation_relaxation = reader.number("Coupling", "Fluctuation relaxation");
   result.weight_function = choose<WeightFunction>(
     reader.text("Coupling", "Weight function"),
     {{"linear", WeightFunction::linear}, {"cubic", WeightFunction::cubic}, {"constant", WeightFunction::constant}});
@@ -397,6 +403,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   }
 
   result.tool = read_tool(reader);
+  result.energy_tolerance = reader.number("Time", "Energy tolerance");
   result.end_time = reader.number("Time", "End time");
   result.stop_below = reader.number("Time", "Stop below");
   result.time_step = reader.number("Time", "Time step");

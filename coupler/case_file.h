@@ -38,8 +38,10 @@ enum class Criterion
 
 enum class ConstraintMethod
 {
-  penalty,            ///< constant k_DF of the seed, eq. (4)
-  penalty_mass_scaled ///< k_i = beta mu_i/dt^2
+  penalty,             ///< constant k_DF of the seed, eq. (4)
+  penalty_mass_scaled, ///< k_i = beta mu_i/dt^2
+  multipliers,         ///< weak, on the finite-element nodes
+  multipliers_diagonal ///< on the particles, lumped
 };
 
 struct Box
@@ -76,10 +78,13 @@ struct Case
     double transits = 0.;       ///< of a P wave through the specimen during the loading
   } calibration;
 
-  ConstraintMethod constraint = ConstraintMethod::penalty_mass_scaled;
+  ConstraintMethod constraint = ConstraintMethod::multipliers;
   WeightFunction weight_function = WeightFunction::linear;
-  double overlap_width = 0.; ///< [m]
-  double penalty_ratio = 0.; ///< beta (mass scaled) or k_DF/k_n (constant)
+  double overlap_width = 0.;          ///< [m]
+  double penalty_ratio = 0.;          ///< beta (mass scaled), k_DF/k_n (constant) or kappa (diagonal multipliers)
+  double interface_damping = 0.;      ///< xi of the penalties
+  double fluctuation_relaxation = 0.; ///< rho of the multipliers
+  double energy_tolerance = 0.;       ///< of the balance, share of the work done; 0: no bound
 
   Criterion criterion = Criterion::mohr_coulomb;
   double sigma_star = 0.;   ///< [Pa]

@@ -42,7 +42,7 @@ int count_particles(const Scene &scene, Mode mode)
     return scene.packing.size();
   const fem::Mesh &mesh = scene.fem->mesh();
   const Eigen::Matrix3Xd no_points(3, 0);
-  Overlap overlap(mesh, no_points, scene.packing.positions, scene.settings.weight_function, scene.settings.overlap_width);
+  Overlap overlap(mesh, no_points, scene.packing, scene.settings.weight_function, scene.settings.overlap_width);
   if (mode == Mode::fixed)
     overlap.convert(cells_inside(mesh, scene.settings.fixed_region));
   else if (scene.settings.tool.kind == Case::ToolKind::disc)

@@ -37,7 +37,9 @@ const std::vector<HistoryColumn> &history_columns()
     {"lateral_strain", "1", "widening of the middle of a specimen", [](Row r) { return r.specimen.lateral_strain; }},
     {"energy_finite_step", "J", "correction of energy_kinetic by the finite step, closes the balance",
      [](Row r) { return r.energy.finite_step; }},
-    {"energy_residual", "J", "missing in the balance of mode dem", [](Row r) { return r.energy.residual; }},
+    {"energy_interface", "J", "taken by the constraint, springs apart", [](Row r) { return r.energy.interface; }},
+    {"energy_conversion", "J", "came in by changes of models", [](Row r) { return r.energy.conversion; }},
+    {"energy_residual", "J", "missing in the balance", [](Row r) { return r.energy.residual(); }},
     {"wall_time", "s", "since the first step", [](Row r) { return r.wall_time; }},
   };
   return columns;

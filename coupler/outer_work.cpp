@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/outer_work.h"
 
+#include "coupler/gather.h"
+
 #include <unordered_map>
 
 namespace kerf
@@ -45,16 +47,7 @@ void OuterWork::follow_moved(const dem::Particles &particles)
     mine.insert(mine.end(), load.force.data(), load.force.data() + 3);
     mine.insert(mine.end(), load.torque.data(), load.torque.data() + 3);
   }
-  int n_ranks = 1;
-  MPI_Comm_size(comm, &n_ranks);
-  std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
-  const int n = static_cast<int>(mine.size());
-  MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  for (int r = 1; r < n_ranks; ++r)
-    offsets[r] = offsets[r - 1] + counts[r - 1];
-  std::vector<double> all(offsets.back() + counts.back());
-  MPI_Allgatherv(mine.data(), n, MPI_DOUBLE, all.data(), counts.data(), offsets.data(), MPI_DOUBLE, comm);
-
+  const std::vector<double> all = gather_all(mine, MPI_DOUBLE, comm);
   std::unordered_map<int, const double *> by_index;
   for (std::size_t k = 0; k < all.size(); k += size)
     by_index[static_cast<int>(all[k])] = &all[k];

@@ -14,13 +14,27 @@ Eigen::Matrix3Xd cell_centres(const fem::Mesh &mesh)
     centres.col(cell) = cell_centre(mesh, cell);
   return centres;
 }
+
+std::vector<std::vector<int>> cells_by_node(const fem::Mesh &mesh)
+{
+  std::vector<std::vector<int>> cells(mesh.n_nodes());
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    for (int a = 0; a < mesh.cells.rows(); ++a)
+      cells[mesh.cells(a, cell)].push_back(cell);
+  return cells;
+}
+
+/// Distances below this fraction of the overlap width are zero: round-off of lattice and mesh coordinates.
+constexpr double on_border = 1e-9;
 } // namespace
 
-Overlap::Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_points, const Eigen::Matrix3Xd &particles,
+Overlap::Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_points, const dem::Packing &packing,
                  WeightFunction function, double width)
-  : centres(cell_centres(mesh)), overlap_width(width), function(function), converted(mesh.n_cells(), 0),
-    particle_distance(mesh, particles, width), quadrature_distance(mesh, quadrature_points, width),
-    cell_distance(mesh, centres, width)
+  : mesh(mesh), centres(cell_centres(mesh)), stored_bonds(packing), overlap_width(width), function(function),
+    cells_of_node(cells_by_node(mesh)), converted(mesh.n_cells(), 0),
+    particle_distance(mesh, packing.positions, width * (1. + 2. * on_border)),
+    quadrature_distance(mesh, quadrature_points, width), cell_distance(mesh, centres, width + 2. * packing.mean_diameter),
+    particle_weight(Eigen::VectorXd::Zero(packing.size())), needed(packing.size(), 0)
 {
 }
 
@@ -35,15 +49,60 @@ void Overlap::convert(const std::vector<int> &cells)
       quadrature_distance.add_cell(cell);
       cell_distance.add_cell(cell);
     }
+  find_particles();
+}
+
+/// Particles that lie in a converted cell and touch one that is not.
+std::vector<char> Overlap::on_region_border() const
+{
+  const double tolerance = on_border * overlap_width;
+  std::vector<char> border(needed.size(), 0), seen(mesh.n_cells(), 0);
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    if (converted[cell])
+      for (int a = 0; a < mesh.cells.rows(); ++a)
+        for (const int other : cells_of_node[mesh.cells(a, cell)])
+          if (!converted[other] && !seen[other])
+          {
+            seen[other] = 1;
+            particle_distance.for_each_near(other,
+                                            [&](const int i)
+                                            {
+                                              if (particle_distance.values()[i] <= tolerance && !border[i])
+                                                border[i] =
+                                                  distance_to_cell(mesh, other, particle_distance.point(i)) <= tolerance;
+                                            });
+          }
+  return border;
+}
+
+void Overlap::find_particles()
+{
+  const Eigen::VectorXd &phi = particle_distance.values();
+  const double tolerance = on_border * overlap_width;
+  const std::vector<char> border = on_region_border();
+  tied.clear();
+  for (int i = 0; i < phi.size(); ++i)
+  {
+    const bool inside = phi[i] < overlap_width - tolerance;
+    particle_weight[i] = inside ? 1. - fe_weight(function, phi[i] <= tolerance ? 0. : phi[i], overlap_width) : 0.;
+    needed[i] = inside;
+  }
+  for (int i = 0; i < phi.size(); ++i)
+  {
+    if (particle_weight[i] == 0.)
+      for (const int partner : stored_bonds.partners_of(i))
+        needed[i] = needed[i] || particle_weight[partner] > 0.;
+    if (!needed[i])
+      continue;
+    if (particle_weight[i] == 0. || border[i])
+      tied.push_back({i, 0.5});
+    else if (phi[i] > tolerance)
+      tied.push_back({i, 1.});
+  }
 }
 
 Eigen::VectorXd Overlap::fe_weights() const
 {
   return quadrature_distance.values().unaryExpr([this](double phi) { return fe_weight(function, phi, overlap_width); });
-}
-
-Eigen::VectorXd Overlap::de_weights() const
-{
-  return particle_distance.values().unaryExpr([this](double phi) { return 1. - fe_weight(function, phi, overlap_width); });
 }
 } // namespace kerf

@@ -137,14 +137,24 @@ const std::vector<Parameter> &parameter_table()
     entry("Calibration", "Transits", "40", positive(), "-",
           "duration of the loading up to the targets, in times a P wave takes through the specimen: slower is more static", ""),
 
-    entry("Coupling", "Method", "penalty_mass_scaled", one_of("penalty|penalty_mass_scaled"), "-",
-          "how overlap particles are tied to the finite-element field: the seed's constant k_DF, or k_i = beta mu_i/dt^2",
-          "Labra, Rojek & Onate, eq. (4)"),
+    entry("Coupling", "Method", "multipliers", one_of("penalty|penalty_mass_scaled|multipliers|multipliers_diagonal"), "-",
+          "how overlap particles are tied to the finite-element field: the seed's constant k_DF; k_i = beta mu_i/dt^2; weak "
+          "multipliers on the nodes, which leave particles their fluctuations; or lumped multipliers on the particles",
+          "penalty: Labra, Rojek & Onate, eq. (4); lumped: Xiao & Belytschko 2004"),
     entry("Coupling", "Overlap width", "16", positive(), "particle diameters d", "width L_o of the overlap zone", ""),
+    entry("Coupling", "Overlap cells", "0", not_negative(), "cells",
+          "width L_o in units of Mesh/Cell size instead of diameters; 0: Overlap width", ""),
     entry("Coupling", "Weight function", "linear", one_of("linear|cubic|constant"), "-",
           "alpha over the overlap: s, 3 s^2 - 2 s^3, or 1/2", "Xiao & Belytschko 2004; Bauman et al. 2008"),
-    entry("Coupling", "Penalty ratio", "0.25", positive(), "-",
-          "beta of the mass-scaled penalty (stable below about 0.5), or k_DF/k_n of the constant one", ""),
+    entry(
+      "Coupling", "Penalty ratio", "0.25", positive(), "-",
+      "beta of the mass-scaled penalty (stable below about 0.5), k_DF/k_n of the constant one, or the share of the gap that "
+      "lumped multipliers take back in a step (below 2)",
+      ""),
+    entry("Coupling", "Interface damping", "0", between(0., 1.), "-", "damping of the penalty's springs, fraction of critical",
+          ""),
+    entry("Coupling", "Fluctuation relaxation", "0.05", between(0., 0.5), "-",
+          "method multipliers: share of the particles' motion about the finite-element field that is taken out in a step", ""),
 
     entry("Adaptivity", "Criterion", "mohr_coulomb", one_of("maximum_principal|von_mises|mohr_coulomb"), "-",
           "stress measure sigma of a cell; mohr_coulomb: sigma_1 - sigma_3 f_t/f_c", "seed, eq. (5)"),
@@ -175,6 +185,11 @@ const std::vector<Parameter> &parameter_table()
           "the run ends when bonds have broken and the tool's force is below this fraction of its peak; 0: never", ""),
     entry("Time", "Time step", "0", not_negative(), "s", "step of both sides; 0: safety x stable step", ""),
     entry("Time", "Safety", "0.7", between(0.01, 0.99), "-", "step / stable step when the step is not given", ""),
+    entry(
+      "Time", "Energy tolerance", "0.05", between(0., 1.), "-",
+      "the run stops (exit code 3) when its energy balance misses more than this share of the energy put in; 0: only when it "
+      "misses all of it",
+      ""),
 
     entry("Output", "History interval", "50", whole_number(1, 100000000), "steps",
           "steps between rows of history.csv; forces in a row are means since the row before", ""),

@@ -130,7 +130,7 @@ Vector3d dashpot_force(const ParticleBoundary::Dashpot &dashpot, double weight, 
   return -dashpot.area * weight * (impedance_p * normal_velocity + impedance_s * (velocity - normal_velocity));
 }
 
-void ParticleBoundary::apply(dem::Particles &particles, double time, double dt, OuterWork &work, OuterWork &absorbing)
+const std::vector<int> &ParticleBoundary::on_this_rank(const dem::Particles &particles)
 {
   if (planned_order != particles.order)
   {
@@ -140,17 +140,27 @@ void ParticleBoundary::apply(dem::Particles &particles, double time, double dt, 
         local.push_back(i);
     planned_order = particles.order;
   }
-  for (const int i : local)
+  return local;
+}
+
+void ParticleBoundary::damp(dem::Particles &particles, OuterWork &absorbing)
+{
+  for (const int i : on_this_rank(particles))
+    for (const Dashpot &dashpot : roles[particles.index[i]].dashpots)
+    {
+      const Vector3d damping = dashpot_force(dashpot, particles.weight[i], Z_p, Z_s, particles.velocity.col(i));
+      particles.force.col(i) += damping;
+      absorbing.add(particles, i, damping, Vector3d::Zero());
+    }
+}
+
+void ParticleBoundary::hold(dem::Particles &particles, double time, double dt, OuterWork &work)
+{
+  for (const int i : on_this_rank(particles))
   {
     const Role &role = roles[particles.index[i]];
     auto force = particles.force.col(i);
     auto velocity = particles.velocity.col(i);
-    for (const Dashpot &dashpot : role.dashpots)
-    {
-      const Vector3d damping = dashpot_force(dashpot, particles.weight[i], Z_p, Z_s, velocity);
-      force += damping;
-      absorbing.add(particles, i, damping, Vector3d::Zero());
-    }
     if (role.held)
     {
       // The reaction balances all other forces. The velocity is that of the coming half step, so that the positions follow the
@@ -167,5 +177,17 @@ void ParticleBoundary::apply(dem::Particles &particles, double time, double dt, 
       if (role.blocked[axis])
         force[axis] = velocity[axis] = 0.; // a roller does no work
   }
+}
+
+std::vector<TiedParticle> ParticleBoundary::movable(const std::vector<TiedParticle> &particles) const
+{
+  std::vector<TiedParticle> result;
+  for (TiedParticle particle : particles)
+    if (const Role &role = roles[particle.index]; !role.held)
+    {
+      particle.blocked = role.blocked;
+      result.push_back(particle);
+    }
+  return result;
 }
 } // namespace kerf

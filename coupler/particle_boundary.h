@@ -2,6 +2,7 @@
 #pragma once
 
 #include "coupler/outer_work.h"
+#include "coupler/overlap.h"
 #include "dem_side/dem_side.h"
 #include "fem_side/fem_side.h"
 
@@ -39,9 +40,15 @@ public:
   double impedance_p() const { return Z_p; }                 ///< rho c_p [Pa s/m]
   double impedance_s() const { return Z_s; }                 ///< rho c_s [Pa s/m]
 
-  /// Damps, holds or drives the particles of this rank; @p time is that of their positions [s], @p dt the step [s].
-  /// Work of held and driven particles goes to @p work, of dashpots to @p absorbing (negative). Call begin() of both before.
-  void apply(dem::Particles &particles, double time, double dt, OuterWork &work, OuterWork &absorbing);
+  /// Forces of the dashpots on the particles of this rank; their (negative) work goes to @p absorbing, whose begin() was
+  /// called.
+  void damp(dem::Particles &particles, OuterWork &absorbing);
+  /// Holds or drives particles, after all other forces; @p time is that of their positions [s], @p dt the step [s]. Work of
+  /// held and driven particles goes to @p work, whose begin() was called.
+  void hold(dem::Particles &particles, double time, double dt, OuterWork &work);
+
+  /// Particles that can be tied to something: held ones are not among them, rollers block a direction.
+  std::vector<TiedParticle> movable(const std::vector<TiedParticle> &particles) const;
 
   int n_particles() const { return n_on_boundary; }
 
@@ -50,6 +57,8 @@ private:
   double Z_p, Z_s;
   int n_on_boundary = 0;
   std::vector<Role> roles; // by index in the packing
+
+  const std::vector<int> &on_this_rank(const dem::Particles &particles);
 
   std::uint64_t planned_order = ~0ull;
   std::vector<int> local; // particles of this rank with a role

@@ -80,10 +80,8 @@ int RegionDistance::bin_of(const Vector3d &point, int axis) const
   return std::clamp(static_cast<int>(std::floor((point[axis] - origin[axis]) / bin_size)), 0, n_bins[axis] - 1);
 }
 
-void RegionDistance::add_cell(int cell)
+std::pair<Eigen::Vector3i, Eigen::Vector3i> RegionDistance::bins_around(int cell) const
 {
-  if (points.cols() == 0)
-    return;
   Vector3d lower = mesh.nodes.col(mesh.cells(0, cell)), upper = lower;
   for (int a = 1; a < mesh.cells.rows(); ++a)
   {
@@ -92,17 +90,24 @@ void RegionDistance::add_cell(int cell)
   }
   lower.array() -= reach;
   upper.array() += reach;
-  for (int z = bin_of(lower, 2); z <= bin_of(upper, 2); ++z)
-    for (int y = bin_of(lower, 1); y <= bin_of(upper, 1); ++y)
-      for (int x = bin_of(lower, 0); x <= bin_of(upper, 0); ++x)
-      {
-        const int bin = (z * n_bins[1] + y) * n_bins[0] + x;
-        for (int k = bin_start[bin]; k < bin_start[bin + 1]; ++k)
-        {
-          const int i = bin_points[k];
-          if (phi[i] > 0.)
-            phi[i] = std::min(phi[i], distance_to_cell(mesh, cell, points.col(i)));
-        }
-      }
+  std::pair<Eigen::Vector3i, Eigen::Vector3i> bins;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    bins.first[axis] = bin_of(lower, axis);
+    bins.second[axis] = bin_of(upper, axis);
+  }
+  return bins;
+}
+
+void RegionDistance::add_cell(int cell)
+{
+  if (points.cols() == 0)
+    return;
+  for_each_near(cell,
+                [&](const int i)
+                {
+                  if (phi[i] > 0.)
+                    phi[i] = std::min(phi[i], distance_to_cell(mesh, cell, points.col(i)));
+                });
 }
 } // namespace kerf

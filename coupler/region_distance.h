@@ -4,6 +4,7 @@
 #include "fem_side/fem_side.h"
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 namespace kerf
@@ -26,9 +27,26 @@ public:
   RegionDistance(const fem::Mesh &mesh, const Eigen::Matrix3Xd &points, double reach);
 
   void add_cell(int cell);
+  /// Calls visit(i) for all points whose distance from the cell is at most the reach, and for some others.
+  template <typename Visit>
+  void for_each_near(int cell, const Visit &visit) const
+  {
+    const auto [first, last] = bins_around(cell);
+    for (int z = first[2]; z <= last[2]; ++z)
+      for (int y = first[1]; y <= last[1]; ++y)
+        for (int x = first[0]; x <= last[0]; ++x)
+        {
+          const int bin = (z * n_bins[1] + y) * n_bins[0] + x;
+          for (int k = bin_start[bin]; k < bin_start[bin + 1]; ++k)
+            visit(bin_points[k]);
+        }
+  }
   const Eigen::VectorXd &values() const { return phi; }
+  auto point(int i) const { return points.col(i); }
 
 private:
+  /// First and last bin along each axis that a cell and the reach around it touch.
+  std::pair<Eigen::Vector3i, Eigen::Vector3i> bins_around(int cell) const;
   int bin_of(const Eigen::Vector3d &point, int axis) const;
 
   const fem::Mesh &mesh;

@@ -250,7 +250,7 @@ Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm co
   if (settings.calibrated_strength)
     use_calibrated_strength(scene.settings, scene.packing);
 
-  scene.stable = stable_steps(scene.settings, mode, *scene.fem, scene.packing);
+  scene.stable = stable_steps(scene.settings, mode, *scene.fem, scene.packing, comm);
   if (settings.time_step > scene.stable.coupled)
   {
     std::ostringstream text;

@@ -4,6 +4,7 @@
 #include "dem_side/liggghts_instance.h"
 #include "dem_side/rock_bond_style.h"
 
+#include <algorithm>
 #include <atom.h>
 #include <atom_vec.h>
 #include <domain.h>
@@ -278,9 +279,17 @@ void DemSide::set_weights(const Eigen::VectorXd &weight)
   if (weight.size() != e.packing.size())
     throw std::invalid_argument("there must be one weight for each particle of the store");
   for (int i = 0; i < weight.size(); ++i)
-    if (e.active[i] && !(weight[i] > 0. && weight[i] <= 1.))
-      throw std::invalid_argument("the weight of particle " + std::to_string(i) + " must be in (0, 1], not " +
+    if (e.active[i] && !(weight[i] >= 0. && weight[i] <= 1.))
+      throw std::invalid_argument("the weight of particle " + std::to_string(i) + " must be in [0, 1], not " +
                                   std::to_string(weight[i]));
+  for (int i = 0; i < weight.size(); ++i)
+    if (e.active[i] && weight[i] == 0.)
+    {
+      const auto partners = e.stored_bonds.partners_of(i);
+      if (std::none_of(partners.begin(), partners.end(), [&](int j) { return e.active[j] && weight[j] > 0.; }))
+        throw std::invalid_argument("particle " + std::to_string(i) +
+                                    " has no mass: its weight is zero and it is bonded to no particle with weight");
+    }
   e.weights = weight;
   for (int i = 0; i < e.lmp->atom->nlocal; ++i)
     e.style->set_weight(i, weight[e.lmp->atom->tag[i] - 1]);

@@ -121,7 +121,8 @@ public:
   /// Follow with set_weights() and setup().
   void insert(const std::vector<NewParticle> &particles);
 
-  /// DE weight in (0, 1] of every particle of the store (only those of active particles are read). A contact has the mean
+  /// DE weight in [0, 1] of every particle of the store (only those of active particles are read; zero at the outer end of an
+  /// overlap, for a particle that is bonded to one with weight). A contact has the mean
   /// weight of its two particles; a particle's mass is its full mass times the mean weight of its stored bonds to active
   /// particles, which keeps its frequency below that of the unweighted pack. Follow with setup().
   void set_weights(const Eigen::VectorXd &weight);

@@ -105,6 +105,18 @@ double AbsorbingBoundary<dim>::end_step(const double dt, double *v)
   return energy;
 }
 
+template <int dim>
+double AbsorbingBoundary<dim>::finite_step_energy(const double dt, const double *f) const
+{
+  double energy = 0.;
+  for (const Dashpot &dashpot : dashpots)
+  {
+    const Eigen::Map<const q1::Point<dim>> others(f + dashpot.dof);
+    energy -= 0.125 * dt * dt / dashpot.mass * (dashpot.force.squaredNorm() + 2. * dashpot.force.dot(others));
+  }
+  return energy;
+}
+
 template class AbsorbingBoundary<2>;
 template class AbsorbingBoundary<3>;
 } // namespace kerf::fem

@@ -27,6 +27,8 @@ public:
   /// the drift [J]; @p half_step_velocity() must have been called before the other forces' kick.
   double end_step(double dt, double *v);
   void keep_half_step_velocity(const double *v);
+  /// What the dashpots add to the energy of the finite step, -dt^2/8 f^2/m (see Energies), beside the other forces @p f [J].
+  double finite_step_energy(double dt, const double *f) const;
 
 private:
   using Matrix = Eigen::Matrix<double, dim, dim>;

@@ -120,6 +120,7 @@ void ExplicitSolver<dim>::begin_step(const double dt, const double time)
     boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
   }
   absorbed_energy += absorbing.energy_of_begin(dt, v);
+  add_surface_work(dt);
   for (int i = 0; i < n_dofs; ++i)
     u[i] += dt * v[i];
 }
@@ -131,6 +132,7 @@ void ExplicitSolver<dim>::compute_forces()
   velocity.update_ghost_values(); // read by surface_points(), which is not collective
   force = 0.;
   force.zero_out_ghost_values();
+  surface_force.assign(surface.owned_dofs().size(), 0.);
   kernel.subtract_internal_forces(displacement.begin(), force.begin());
   force.compress(dealii::VectorOperation::add);
   forces_are_current = true;
@@ -145,6 +147,7 @@ void ExplicitSolver<dim>::end_step(const double dt, const double time)
   // Work of the velocity boundaries: what their nodes gain in kinetic energy and pass on to the rest (trapezoidal rule).
   for (const PrescribedDof &dof : prescribed)
     boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
+  add_surface_work(dt);
   absorbing.keep_half_step_velocity(v);
   for (int i = 0; i < space.n_owned_dofs(); ++i)
     v[i] += 0.5 * dt * inverse_mass[i] * f[i];
@@ -155,6 +158,16 @@ void ExplicitSolver<dim>::end_step(const double dt, const double time)
     v[dof.dof] = moves ? dof.condition->velocity_at(time)[dof.component] : 0.;
   }
   boundary_work += kinetic_energy_of_velocity_boundaries();
+  last_dt = dt;
+}
+
+template <int dim>
+double ExplicitSolver<dim>::finite_step_energy() const
+{
+  double energy = absorbing.finite_step_energy(last_dt, force.begin());
+  for (int i = 0; i < space.n_owned_dofs(); ++i)
+    energy -= 0.125 * last_dt * last_dt * inverse_mass[i] * force.local_element(i) * force.local_element(i);
+  return energy;
 }
 
 template <int dim>
@@ -179,25 +192,27 @@ void ExplicitSolver<dim>::set_window(const std::vector<int> &nodes)
 }
 
 template <int dim>
-const NodalVector &ExplicitSolver<dim>::vector(const NodalField field) const
+const double *ExplicitSolver<dim>::owned_values(const NodalField field) const
 {
   switch (field)
   {
   case NodalField::displacement:
-    return displacement;
+    return displacement.begin();
   case NodalField::velocity:
-    return velocity;
+    return velocity.begin();
   case NodalField::force:
-    return force;
+    return force.begin();
+  case NodalField::inverse_mass:
+    return inverse_mass.data();
   default:
-    return mass;
+    return mass.begin();
   }
 }
 
 template <int dim>
 void ExplicitSolver<dim>::read_window(const NodalField field, Eigen::Matrix3Xd &values) const
 {
-  window->read(vector(field), values);
+  window->read(owned_values(field), values);
   if (field == NodalField::mass)
     values.row(2) = values.row(0);
 }
@@ -219,9 +234,23 @@ void ExplicitSolver<dim>::surface_points(const Eigen::Vector3d &lower, const Eig
 template <int dim>
 void ExplicitSolver<dim>::add_surface_forces(const Eigen::Matrix3Xd &forces)
 {
+  const std::vector<int> &dofs = surface.owned_dofs();
+  for (std::size_t k = 0; k < dofs.size(); ++k)
+    surface_force[k] -= force.local_element(dofs[k]);
   // Ghost entries are zero since the last compress(), so this adds the new contributions alone to their owners.
   surface.add_forces(forces, force.begin());
   force.compress(dealii::VectorOperation::add);
+  for (std::size_t k = 0; k < dofs.size(); ++k)
+    surface_force[k] += force.local_element(dofs[k]);
+}
+
+/// Half of the trapezoidal rule: the forces of this time level over half of the way at the present half-step velocity.
+template <int dim>
+void ExplicitSolver<dim>::add_surface_work(const double dt)
+{
+  const std::vector<int> &dofs = surface.owned_dofs();
+  for (std::size_t k = 0; k < dofs.size(); ++k)
+    surface_work += 0.5 * dt * surface_force[k] * velocity.local_element(dofs[k]);
 }
 
 template <int dim>
@@ -244,11 +273,11 @@ void ExplicitSolver<dim>::set_state(const Eigen::Matrix3Xd &u, const Eigen::Matr
 template <int dim>
 Eigen::Matrix3Xd ExplicitSolver<dim>::gather(const NodalField field) const
 {
-  const NodalVector &values = vector(field);
+  const double *values = owned_values(field);
   Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, space.mesh.n_nodes());
   for (std::size_t i = 0; i < space.owned_nodes.size(); ++i)
     for (int c = 0; c < dim; ++c)
-      result(c, space.owned_nodes[i]) = values.local_element(dim * i + c);
+      result(c, space.owned_nodes[i]) = values[dim * i + c];
   MPI_Allreduce(MPI_IN_PLACE, result.data(), static_cast<int>(result.size()), MPI_DOUBLE, MPI_SUM, space.comm);
   if (field == NodalField::mass)
     result.row(2) = result.row(0);
@@ -263,9 +292,10 @@ Energies ExplicitSolver<dim>::energies() const
   double kinetic = 0.;
   for (int i = 0; i < space.n_owned_dofs(); ++i)
     kinetic += 0.5 * mass.local_element(i) * velocity.local_element(i) * velocity.local_element(i);
-  std::array<double, 4> sums = {{kinetic, kernel.elastic_energy(u.begin()), boundary_work, absorbed_energy}};
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, space.comm);
-  return {sums[0], sums[1], sums[2], sums[3]};
+  std::array<double, 6> sums = {
+    {kinetic, finite_step_energy(), kernel.elastic_energy(u.begin()), boundary_work, absorbed_energy, surface_work}};
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, space.comm);
+  return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]};
 }
 
 template class ExplicitSolver<2>;

@@ -42,6 +42,7 @@ public:
   void add_surface_forces(const Eigen::Matrix3Xd &forces) override;
 
   CellStress cell_stress() const override;
+  std::vector<CellStiffness> cell_stiffness(const std::vector<int> &cells) const override;
   void set_state(const Eigen::Matrix3Xd &displacement, const Eigen::Matrix3Xd &velocity) override;
   Eigen::Matrix3Xd gather(NodalField field) const override;
   Energies energies() const override;
@@ -52,13 +53,15 @@ public:
 private:
   static constexpr int n = q1::n_nodes<dim>;
 
-  const NodalVector &vector(NodalField field) const;
+  const double *owned_values(NodalField field) const;
   void compute_quadrature_points();
   void build_kernel();
   void compute_masses();
   void stop_massless_nodes();
   bool is_active(int owned_cell) const { return (alpha.template segment<n>(owned_cell * n).array() > 0.).any(); }
   double kinetic_energy_of_velocity_boundaries() const;
+  void add_surface_work(double dt);
+  double finite_step_energy() const;
 
   Settings settings;
   StVenantKirchhoff law;
@@ -71,13 +74,16 @@ private:
   int n_active = 0;
   NodalVector displacement, velocity, force, mass;
   std::vector<double> inverse_mass; ///< per owned component; 0 where prescribed or without mass
+  double last_dt = 0.;              ///< of the last step [s]
   bool forces_are_current = false;  ///< false after a change of state or weights from outside
 
   std::vector<PrescribedDof> prescribed;
   Surface<dim> surface;
   AbsorbingBoundary<dim> absorbing;
   std::unique_ptr<Window<dim>> window;
-  double boundary_work = 0.;   ///< this rank's part [J]
-  double absorbed_energy = 0.; ///< this rank's part [J]
+  double boundary_work = 0.;         ///< this rank's part [J]
+  double absorbed_energy = 0.;       ///< this rank's part [J]
+  std::vector<double> surface_force; ///< of add_surface_forces() in this step, on surface.owned_dofs() [N]
+  double surface_work = 0.;          ///< this rank's part [J]
 };
 } // namespace kerf::fem

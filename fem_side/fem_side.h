@@ -112,7 +112,8 @@ enum class NodalField
   displacement, ///< [m]
   velocity,     ///< [m/s]
   force,        ///< assembled so far in this step [N]
-  mass          ///< weighted lumped mass, in all three rows [kg]
+  mass,         ///< weighted lumped mass, in all three rows [kg]
+  inverse_mass  ///< of free components; 0 where the motion is prescribed or there is no mass [1/kg]
 };
 
 /// Cauchy stress at the centre of the cells that this rank owns and that carry weight.
@@ -121,6 +122,9 @@ struct CellStress
   std::vector<int> cell;
   Eigen::Matrix<double, 6, Eigen::Dynamic> sigma; ///< xx, yy, zz, yz, xz, xy [Pa], tension positive, not weighted
 };
+
+/// Tangent stiffness of one cell at rest, weighted: dofs are component c of corner a at dim * a + c.
+using CellStiffness = Eigen::MatrixXd;
 
 /// Integration points of outer boundary faces of weighted cells owned by this rank, in the current configuration.
 struct SurfacePoints
@@ -132,10 +136,14 @@ struct SurfacePoints
 
 struct Energies
 {
-  double kinetic = 0.;  ///< weighted [J]
+  double kinetic = 0.; ///< weighted [J]
+  /// What a finite step adds to it, -dt^2/8 sum f^2/m over free components: m/2 v^{n-1/2} v^{n+1/2} grows by exactly the work
+  /// of all forces by the trapezoidal rule, so balances of energy hold with it [J].
+  double finite_step = 0.;
   double elastic = 0.;  ///< weighted [J]
   double boundary = 0.; ///< work done on the rock by velocity boundaries since the start [J]
   double absorbed = 0.; ///< taken away by absorbing boundaries since the start [J]
+  double surface = 0.;  ///< work of add_surface_forces() since the start (trapezoidal rule) [J]
 };
 
 /// One explicit step (velocity Verlet = central differences, Verlet with lumped mass) is
@@ -190,6 +198,9 @@ public:
   virtual Eigen::Matrix3Xd gather(NodalField field) const = 0;
 
   virtual Energies energies() const = 0;
+  /// Stiffness of @p cells that this rank owns, for the present weights, in the reference configuration [N/m]; cells that are
+  /// switched off give zero. Not collective.
+  virtual std::vector<CellStiffness> cell_stiffness(const std::vector<int> &cells) const = 0;
   /// Largest stable step of central differences for the present weights: 2/omega_max by power iteration [s].
   virtual double stable_step() const = 0;
 

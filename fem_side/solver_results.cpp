@@ -5,6 +5,7 @@
 #include "fem_side/vtu_output.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 
@@ -65,6 +66,40 @@ CellStress ExplicitSolver<dim>::cell_stress() const
     result.cell.push_back(space.owned_cells[c]);
   }
   return result;
+}
+
+template <int dim>
+std::vector<CellStiffness> ExplicitSolver<dim>::cell_stiffness(const std::vector<int> &cells) const
+{
+  // Every cell gets nodes of its own, so that one unit displacement in each of them gives a column of every matrix.
+  constexpr int n_dofs = dim * n;
+  CellKernel<dim> separate(law);
+  std::array<double, n> cell_alpha;
+  for (std::size_t k = 0; k < cells.size(); ++k)
+  {
+    const auto owned = std::find(space.owned_cells.begin(), space.owned_cells.end(), cells[k]);
+    if (owned == space.owned_cells.end())
+      throw std::runtime_error("cell stiffness: this rank does not own cell " + std::to_string(cells[k]));
+    std::array<int, n> first_dofs;
+    for (int q = 0; q < n; ++q)
+    {
+      first_dofs[q] = static_cast<int>(k) * n_dofs + dim * q;
+      cell_alpha[q] = alpha[n * (owned - space.owned_cells.begin()) + q];
+    }
+    separate.add_cell(first_dofs, space.cell_nodes(cells[k]), cell_alpha);
+  }
+  std::vector<CellStiffness> matrices(cells.size(), CellStiffness::Zero(n_dofs, n_dofs));
+  Eigen::MatrixXd u(n_dofs, cells.size()), f(n_dofs, cells.size());
+  for (int column = 0; column < n_dofs; ++column)
+  {
+    u.setZero();
+    u.row(column).setOnes();
+    f.setZero();
+    separate.subtract_linear_forces(u.data(), f.data());
+    for (std::size_t k = 0; k < cells.size(); ++k)
+      matrices[k].col(column) = -f.col(k);
+  }
+  return matrices;
 }
 
 template <int dim>

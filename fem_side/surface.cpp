@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 namespace kerf::fem
@@ -27,6 +28,15 @@ void Surface<dim>::for_each_point(const SurfaceFace<dim> &face, const Visit &vis
 template <int dim>
 Surface<dim>::Surface(const NodalSpace<dim> &space, double spacing)
 {
+  std::set<int> nodes;
+  for (const BoundaryFace &face : space.mesh.boundary)
+    for (int a = 0; a < n; ++a)
+      if (space.owns(face.nodes[a]))
+        nodes.insert(face.nodes[a]);
+  for (const int node : nodes)
+    for (int c = 0; c < dim; ++c)
+      surface_dofs.push_back(space.local_dof(node) + c);
+
   std::map<int, int> owned_number;
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
     owned_number[space.owned_cells[c]] = c;

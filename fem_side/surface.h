@@ -40,6 +40,8 @@ public:
   void add_forces(const Eigen::Matrix3Xd &forces, double *f) const;
 
   const std::vector<SurfaceFace<dim>> &all_faces() const { return faces; }
+  /// Components of this rank's own nodes that surface forces can reach, wherever the faces are owned.
+  const std::vector<int> &owned_dofs() const { return surface_dofs; }
 
 private:
   /// Calls visit(face coordinates, weight) for the contact points of a face.
@@ -47,6 +49,7 @@ private:
   static void for_each_point(const SurfaceFace<dim> &face, const Visit &visit);
 
   std::vector<SurfaceFace<dim>> faces;
+  std::vector<int> surface_dofs;
   std::vector<q1::NodalValues<dim - 1, dim>> positions; ///< reference positions of the nodes of each face [m]
   mutable std::vector<int> found;                       ///< faces of the last find_points()
 };

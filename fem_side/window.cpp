@@ -24,10 +24,9 @@ Window<dim>::Window(const NodalSpace<dim> &space, const std::vector<int> &nodes)
 }
 
 template <int dim>
-void Window<dim>::read(const NodalVector &vector, Eigen::Matrix3Xd &values) const
+void Window<dim>::read(const double *owned, Eigen::Matrix3Xd &values) const
 {
   const int n_owned = partitioner->locally_owned_size();
-  const double *owned = vector.begin();
   std::vector<MPI_Request> requests;
   partitioner->export_to_ghosted_array_start<double, dealii::MemorySpace::Host>(
     0, dealii::ArrayView<const double>(owned, n_owned), dealii::make_array_view(packed), dealii::make_array_view(ghosts),

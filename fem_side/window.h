@@ -15,7 +15,8 @@ public:
 
   int n_nodes() const { return static_cast<int>(positions.size()); }
   /// Nodal values in the order of the nodes, 3 x n_nodes().
-  void read(const NodalVector &vector, Eigen::Matrix3Xd &values) const;
+  /// @param owned the values that this rank owns
+  void read(const double *owned, Eigen::Matrix3Xd &values) const;
   /// The transpose of read(): adds to the owned values of the vector.
   void add(const Eigen::Matrix3Xd &values, NodalVector &vector) const;
 

@@ -15,7 +15,7 @@ from source_tree import plant, project_files
 
 PUBLIC_HEADERS = {
     "fem_side": {"fem_side/fem_side.h"},
-    "dem_side": {"dem_side/dem_side.h", "dem_side/packing.h", "dem_side/closed_surface.h", "dem_side/bond_network.h",
+    "dem_side": {"dem_side/dem_side.h", "dem_side/packing.h", "dem_side/closed_surface.h", "dem_side/bond_network.h", "dem_side/network_operator.h", "dem_side/stored_bonds.h",
                  "dem_side/hdf5_file.h", "dem_side/stand_alone.h"},
 }
 # What each directory must not include, by the first part of the path.

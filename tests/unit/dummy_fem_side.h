@@ -98,6 +98,7 @@ public:
     return field == fem::NodalField::displacement ? displacement : field == fem::NodalField::mass ? mass : velocity;
   }
   fem::Energies energies() const override { return {}; }
+  std::vector<fem::CellStiffness> cell_stiffness(const std::vector<int> &) const override { return {}; }
   double stable_step() const override { return 1.; }
   void write_vtu(const std::string &, const std::vector<std::pair<std::string, Eigen::VectorXd>> &) const override {}
 

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/coupled_operator.h"
+
+#include "coupler/gather.h"
+#include "coupler/penalty_constraint.h"
+#include "coupler/stable_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf
+{
+namespace
+{
+bool contains(const Box &box, const Eigen::Vector3d &point)
+{
+  return (point.array() >= box.lower.array()).all() && (point.array() <= box.upper.array()).all();
+}
+
+/// A fixed number in (-1, 1) (splitmix64).
+double scattered(std::uint64_t index)
+{
+  std::uint64_t z = (index + 1) * 0x9e3779b97f4a7c15ull;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+  z ^= z >> 31;
+  return static_cast<double>(z >> 11) * 0x1p-52 - 1.;
+}
+} // namespace
+
+CoupledOperator::CoupledOperator(const Case &settings, const fem::FemSide &fem, const dem::Packing &packing,
+                                 const Overlap &overlap, const std::vector<TiedParticle> &tied, const std::vector<char> &active,
+                                 const Box &part, MPI_Comm comm)
+  : settings(settings), dim(packing.dim)
+{
+  add_cells(fem, part, comm);
+  first_particle_dof = dim * static_cast<int>(nodes.size());
+  for (int i = 0; i < packing.size(); ++i)
+    if (active[i] && contains(part, packing.positions.col(i)))
+      particles.push_back(i);
+  network = std::make_unique<dem::NetworkOperator>(
+    packing, overlap.bonds(),
+    dem::NetworkOperator::Material{settings.bond.k_n, settings.bond.k_t, particle_density(settings, packing)}, particles,
+    active, overlap.de_weights());
+
+  inverse_root_mass.resize(first_particle_dof + network->n_dofs());
+  const Eigen::Matrix3Xd inverse_node_mass = fem.gather(fem::NodalField::inverse_mass);
+  for (std::size_t p = 0; p < nodes.size(); ++p)
+    for (int c = 0; c < dim; ++c)
+      inverse_root_mass[dim * p + c] = std::sqrt(inverse_node_mass(c, nodes[p]));
+  inverse_root_mass.tail(network->n_dofs()) = network->masses().cwiseSqrt().cwiseInverse();
+  add_ties(fem, packing, tied);
+  remove_masses_of_held(tied);
+  if (settings.constraint == ConstraintMethod::multipliers)
+    build_multipliers();
+}
+
+/// Cells with weight whose centre is in the part, from all ranks, and their nodes.
+void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Comm comm)
+{
+  const fem::Mesh &mesh = fem.mesh();
+  std::vector<int> mine;
+  for (const int cell : fem.owned_cells())
+    if (contains(part, cell_centre(mesh, cell)))
+      mine.push_back(cell);
+  std::vector<double> packed;
+  const std::vector<fem::CellStiffness> stiffness = fem.cell_stiffness(mine);
+  for (std::size_t k = 0; k < mine.size(); ++k)
+    if ((stiffness[k].array() != 0.).any())
+    {
+      packed.push_back(mine[k]);
+      packed.insert(packed.end(), stiffness[k].data(), stiffness[k].data() + stiffness[k].size());
+    }
+  packed = gather_all(packed, MPI_DOUBLE, comm);
+
+  const int n_corners = static_cast<int>(mesh.cells.rows()), n = dim * n_corners;
+  for (std::size_t k = 0; k < packed.size(); k += 1 + n * n)
+  {
+    Cell cell;
+    for (int a = 0; a < n_corners; ++a)
+    {
+      const int node = mesh.cells(a, static_cast<int>(packed[k]));
+      const auto entry = node_place.emplace(node, static_cast<int>(nodes.size()));
+      if (entry.second)
+        nodes.push_back(node);
+      cell.dof[a] = dim * entry.first->second;
+    }
+    cell.K = Eigen::Map<const Eigen::MatrixXd>(&packed[k + 1], n, n);
+    cells.push_back(cell);
+  }
+}
+
+void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &packing, const std::vector<TiedParticle> &tied)
+{
+  std::vector<const TiedParticle *> inside;
+  std::vector<int> places;
+  for (const TiedParticle &particle : tied)
+  {
+    const auto place = std::lower_bound(particles.begin(), particles.end(), particle.index);
+    if (place == particles.end() || *place != particle.index)
+      continue;
+    inside.push_back(&particle);
+    places.push_back(first_particle_dof + network->per_particle() * static_cast<int>(place - particles.begin()));
+  }
+  Eigen::Matrix3Xd points(3, inside.size());
+  for (std::size_t k = 0; k < inside.size(); ++k)
+    points.col(k) = packing.positions.col(inside[k]->index);
+  const std::vector<fem::Interpolation> found = fem.locate(points);
+  for (std::size_t k = 0; k < inside.size(); ++k)
+  {
+    Tie tie;
+    tie.particle = places[k];
+    tie.share = inside[k]->share;
+    tie.mass = 1. / std::pow(inverse_root_mass[places[k]], 2);
+    tie.measure = tie.share * packing.volume(inside[k]->index);
+    double inverse = 1. / tie.mass;
+    bool whole = true;
+    for (int a = 0; a < found[k].n; ++a)
+    {
+      if (found[k].N[a] <= 1e-12)
+        continue;
+      const auto node = node_place.find(found[k].nodes[a]);
+      whole = whole && node != node_place.end();
+      if (!whole)
+        break;
+      tie.node[tie.n] = dim * node->second;
+      tie.N[tie.n++] = found[k].N[a];
+      inverse += std::pow(found[k].N[a] * inverse_root_mass.segment(dim * node->second, dim).maxCoeff(), 2);
+    }
+    tie.mu = 1. / inverse;
+    if (whole) // at the edge of the part some nodes are missing
+      ties.push_back(tie);
+  }
+}
+
+void CoupledOperator::remove_masses_of_held(const std::vector<TiedParticle> &tied)
+{
+  for (const TiedParticle &particle : tied)
+    for (int axis = 0; axis < dim; ++axis)
+      if (particle.blocked[axis])
+      {
+        const auto place = std::lower_bound(particles.begin(), particles.end(), particle.index);
+        if (place != particles.end() && *place == particle.index)
+          inverse_root_mass[first_particle_dof + network->per_particle() * (place - particles.begin()) + axis] = 0.;
+      }
+}
+
+void CoupledOperator::build_multipliers()
+{
+  std::unordered_map<int, int> place;
+  for (const Tie &tie : ties)
+    for (int a = 0; a < 8; ++a)
+    {
+      if (a >= tie.n)
+      {
+        tie_multipliers.push_back(-1);
+        continue;
+      }
+      const auto entry = place.emplace(tie.node[a], static_cast<int>(multiplier_nodes.size()));
+      if (entry.second)
+        multiplier_nodes.push_back(tie.node[a]);
+      tie_multipliers.push_back(entry.first->second);
+    }
+  if (ties.empty())
+    return;
+  std::vector<MultiplierEquations::Row> rows(ties.size());
+  for (int axis = 0; axis < dim; ++axis)
+  {
+    for (std::size_t k = 0; k < ties.size(); ++k)
+      rows[k] = {ties[k].measure, std::pow(inverse_root_mass[ties[k].particle + axis], 2), ties[k].n, &tie_multipliers[8 * k],
+                 ties[k].N.data()};
+    Eigen::VectorXd inverse_mass(multiplier_nodes.size());
+    for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+      inverse_mass[m] = std::pow(inverse_root_mass[multiplier_nodes[m] + axis], 2);
+    equations.push_back(std::make_unique<MultiplierEquations>(rows, inverse_mass));
+  }
+}
+
+/// dt^2 k + 2 dt c of a tie between a particle and its interpolated point [kg].
+double CoupledOperator::tie_coefficient(const Tie &tie, double dt) const
+{
+  switch (settings.constraint)
+  {
+  case ConstraintMethod::multipliers:
+    return 2. * settings.fluctuation_relaxation * tie.share * tie.mass;
+  case ConstraintMethod::multipliers_diagonal:
+    return 0.; // never lowers the limit
+  default:
+    const PenaltyConstraint::Settings penalty = penalty_settings(settings, dt);
+    const double k = penalty_stiffness(penalty, tie.share, tie.mu);
+    return dt * dt * k + 2. * dt * penalty_viscosity(penalty, k, tie.mu);
+  }
+}
+
+/// force += K x of both sides.
+void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force) const
+{
+  const int n_corners = dim == 2 ? 4 : 8;
+  Eigen::VectorXd local(dim * n_corners), cell_force(dim * n_corners);
+  for (const Cell &cell : cells)
+  {
+    for (int a = 0; a < n_corners; ++a)
+      local.segment(dim * a, dim) = x.segment(cell.dof[a], dim);
+    cell_force.noalias() = cell.K * local;
+    for (int a = 0; a < n_corners; ++a)
+      force.segment(cell.dof[a], dim) += cell_force.segment(dim * a, dim);
+  }
+  network->add_product(x.tail(network->n_dofs()), force.tail(network->n_dofs()));
+}
+
+/// y is the motion times the root of the mass, so that the operator is symmetric.
+void CoupledOperator::apply(double dt, const Eigen::VectorXd &y, Eigen::VectorXd &result) const
+{
+  Eigen::VectorXd allowed = y;
+  project(allowed);
+  const Eigen::VectorXd x = inverse_root_mass.cwiseProduct(allowed);
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs());
+  add_sides(x, force);
+  force *= dt * dt;
+  for (const Tie &tie : ties)
+  {
+    const double coefficient = tie_coefficient(tie, dt);
+    if (coefficient == 0.)
+      continue;
+    Eigen::Vector3d chi = Eigen::Vector3d::Zero();
+    chi.head(dim) = x.segment(tie.particle, dim);
+    for (int a = 0; a < tie.n; ++a)
+      chi.head(dim) -= tie.N[a] * x.segment(tie.node[a], dim);
+    force.segment(tie.particle, dim) += coefficient * chi.head(dim);
+    for (int a = 0; a < tie.n; ++a)
+      force.segment(tie.node[a], dim) -= tie.N[a] * coefficient * chi.head(dim);
+  }
+  result = inverse_root_mass.cwiseProduct(force);
+  project(result);
+}
+
+/// Removes from y what the multipliers forbid.
+void CoupledOperator::project(Eigen::VectorXd &y) const
+{
+  for (int axis = 0; axis < static_cast<int>(equations.size()); ++axis)
+  {
+    const MultiplierEquations &system = *equations[axis];
+    const auto motion = [&](int dof) { return inverse_root_mass[dof + axis] * y[dof + axis]; };
+    Eigen::VectorXd at_nodes(multiplier_nodes.size());
+    for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+      at_nodes[m] = motion(multiplier_nodes[m]);
+    Eigen::VectorXd gap = -(system.B() * at_nodes);
+    for (std::size_t k = 0; k < ties.size(); ++k)
+    {
+      const double moved = ties[k].measure * motion(ties[k].particle);
+      for (int a = 0; a < ties[k].n; ++a)
+        gap[tie_multipliers[8 * k + a]] += ties[k].N[a] * moved;
+    }
+    const Eigen::VectorXd lambda = system.solve(gap), pull = system.B() * lambda;
+    for (std::size_t k = 0; k < ties.size(); ++k)
+    {
+      double force = 0.;
+      for (int a = 0; a < ties[k].n; ++a)
+        force += ties[k].measure * ties[k].N[a] * lambda[tie_multipliers[8 * k + a]];
+      y[ties[k].particle + axis] -= inverse_root_mass[ties[k].particle + axis] * force;
+    }
+    for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+      y[multiplier_nodes[m] + axis] += inverse_root_mass[multiplier_nodes[m] + axis] * pull[m];
+  }
+}
+
+Eigen::VectorXd CoupledOperator::start() const
+{
+  Eigen::VectorXd y = mode;
+  if (y.size() != n_dofs())
+  {
+    y.resize(n_dofs());
+    for (int i = 0; i < n_dofs(); ++i)
+      y[i] = inverse_root_mass[i] > 0. ? scattered(i) : 0.;
+  }
+  project(y);
+  return y;
+}
+
+double CoupledOperator::highest(double dt, double tolerance, int max_products)
+{
+  if (n_dofs() == 0)
+    return 0.;
+  const HighestMode found =
+    highest_mode([&](const Eigen::VectorXd &x, Eigen::VectorXd &y) { apply(dt, x, y); }, start(), tolerance, max_products);
+  mode = found.vector;
+  return found.value;
+}
+
+CoupledOperator::Quotient CoupledOperator::quotient(const Eigen::VectorXd &y, double dt) const
+{
+  Quotient result;
+  const Eigen::VectorXd x = inverse_root_mass.cwiseProduct(y);
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs());
+  add_sides(x, force);
+  result.square = x.dot(force) / y.squaredNorm();
+  for (const Tie &tie : ties)
+  {
+    Eigen::Vector3d chi = Eigen::Vector3d::Zero();
+    chi.head(dim) = x.segment(tie.particle, dim);
+    for (int a = 0; a < tie.n; ++a)
+      chi.head(dim) -= tie.N[a] * x.segment(tie.node[a], dim);
+    double value[3];
+    // Three steps give the three coefficients, exactly, because every term is one of the powers.
+    for (int s = 0; s < 3; ++s)
+      value[s] = tie_coefficient(tie, dt * std::pow(2., s - 1)) * chi.squaredNorm() / y.squaredNorm();
+    const double square = (value[2] - 3. * value[1] + 2. * value[0]) / 1.5;
+    const double linear = 2. * (value[1] - value[0]) - 1.5 * square;
+    result.square += square / (dt * dt);
+    result.linear += linear / dt;
+    result.constant += value[1] - square - linear;
+  }
+  return result;
+}
+
+double CoupledOperator::Quotient::step_at(double lambda) const
+{
+  const double left = lambda - constant;
+  if (left <= 0. || square <= 0.)
+    return 0.;
+  return (std::sqrt(linear * linear + 4. * square * left) - linear) / (2. * square);
+}
+
+double CoupledOperator::stable_step(double guess)
+{
+  double dt = guess;
+  for (int iteration = 0; iteration < 6; ++iteration)
+  {
+    highest(dt, 1e-3, 400);
+    const double next = quotient(mode, dt).step_at(4.);
+    const bool settled = std::abs(next - dt) < 1e-3 * dt;
+    dt = next;
+    if (settled || dt == 0.)
+      break;
+  }
+  return dt;
+}
+
+void CoupledOperator::take_mode(const CoupledOperator &before)
+{
+  if (before.mode.size() != before.n_dofs())
+    return;
+  mode.resize(n_dofs());
+  for (int i = 0; i < n_dofs(); ++i)
+    mode[i] = inverse_root_mass[i] > 0. ? 0.01 / std::sqrt(n_dofs()) * scattered(i) : 0.;
+  for (std::size_t p = 0; p < before.nodes.size(); ++p)
+    if (const auto found = node_place.find(before.nodes[p]); found != node_place.end())
+      mode.segment(dim * found->second, dim) += before.mode.segment(dim * p, dim);
+  const int dofs = network->per_particle();
+  for (std::size_t p = 0; p < before.particles.size(); ++p)
+  {
+    const auto place = std::lower_bound(particles.begin(), particles.end(), before.particles[p]);
+    if (place != particles.end() && *place == before.particles[p])
+      mode.segment(first_particle_dof + dofs * (place - particles.begin()), dofs) +=
+        before.mode.segment(before.first_particle_dof + dofs * p, dofs);
+  }
+}
+} // namespace kerf

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/constraint.h"
+#include "coupler/interface_work.h"
+#include "coupler/overlap_links.h"
+
+namespace kerf
+{
+/// Multipliers on the particles with their matrix lumped to its diagonal (Xiao & Belytschko 2004): every particle gets the
+/// force that would make its velocity agree with the finite elements if its neighbours were pushed alike,
+///   lambda_i = (dchi_i/dt + kappa chi_i/dt)/(dt D_i),   D_i = 1/m_i + sum_a N_ia/M_a sum_j N_ja.
+/// Smooth motion is tied fully; what differs from particle to particle is damped, so waves that the finite elements cannot
+/// carry are absorbed. kappa takes the gap itself back.
+class DiagonalConstraint : public Constraint
+{
+public:
+  struct Settings
+  {
+    MPI_Comm comm = MPI_COMM_WORLD;
+    double time_step = 0.; ///< [s]
+    double closing = 0.;   ///< kappa, share of the gap that is taken back in a step, below 2 [-]
+  };
+
+  /// @param packing kept by reference
+  DiagonalConstraint(const Settings &settings, const dem::Packing &packing);
+
+  void set_particles(const std::vector<TiedParticle> &particles) override;
+  void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
+  ConstraintEnergy energy() const override { return {0., -work.local()}; }
+  int n_particles() const override { return links.n_particles(); }
+
+private:
+  void choose_masses(const dem::Particles &particles, fem::FemSide &fem);
+
+  Settings settings;
+  OverlapLinks links;
+  std::vector<double> mass; ///< 1/D_i of each link [kg]
+  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force, node_force;
+  InterfaceWork work;
+};
+} // namespace kerf

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/overlap.h"
+#include "dem_side/dem_side.h"
+#include "fem_side/fem_side.h"
+
+#include <array>
+#include <unordered_map>
+#include <vector>
+
+namespace kerf
+{
+/// A tied particle and the nodes that carry it.
+struct OverlapLink
+{
+  int particle = -1; ///< of this rank
+  int n = 0;
+  double share = 1.;
+  std::array<int, 8> node;      ///< columns of the window
+  std::array<double, 8> N;      ///< shape functions at the stored position
+  std::array<double, 3> origin; ///< stored position [m]
+};
+
+/// Which nodes the window of a rank shows.
+enum class WindowNodes
+{
+  own, ///< those of the links of the rank
+  all  ///< those of all links
+};
+
+/// The tied particles of this rank with their rows of the interpolation N, and the window of the finite elements that belongs
+/// to them. Rows live in the reference configuration: found once, valid wherever the particle moves.
+class OverlapLinks
+{
+public:
+  OverlapLinks(const dem::Packing &packing, WindowNodes window, MPI_Comm comm);
+
+  void set_particles(const std::vector<TiedParticle> &particles);
+  int n_particles() const { return static_cast<int>(tied.size()); }
+
+  /// Links for the particles as they lie on this rank now; returns whether they are new (on all ranks alike). Sets the window
+  /// of the finite elements. Collective.
+  bool update(const dem::Particles &particles, fem::FemSide &fem);
+
+  const std::vector<OverlapLink> &links() const { return list; }
+  int n_window() const { return static_cast<int>(window.size()); }
+
+  /// value of the particle - sum_a N_a value of node a
+  template <typename ParticleValues>
+  static Eigen::Vector3d gap(const OverlapLink &link, const ParticleValues &particle, const Eigen::Matrix3Xd &node)
+  {
+    Eigen::Vector3d result = particle.col(link.particle);
+    for (int a = 0; a < link.n; ++a)
+      result -= link.N[a] * node.col(link.node[a]);
+    return result;
+  }
+  /// chi: displacement of the particle less that of the finite elements at its place [m].
+  static Eigen::Vector3d displacement_gap(const OverlapLink &link, const dem::Particles &particles, const Eigen::Matrix3Xd &u)
+  {
+    return gap(link, particles.position, u) - Eigen::Map<const Eigen::Vector3d>(link.origin.data());
+  }
+  /// node a gets N_a value
+  static void spread(const OverlapLink &link, const Eigen::Vector3d &value, Eigen::Matrix3Xd &node)
+  {
+    for (int a = 0; a < link.n; ++a)
+      node.col(link.node[a]) += link.N[a] * value;
+  }
+
+private:
+  struct Row
+  {
+    double share = 1.;
+    int n = 0;
+    std::array<int, 8> node;
+    std::array<double, 8> N;
+  };
+  void locate(fem::FemSide &fem);
+
+  const dem::Packing &packing;
+  WindowNodes which;
+  MPI_Comm comm;
+  std::vector<TiedParticle> tied;
+  std::unordered_map<int, Row> rows; // by packing index
+  std::vector<OverlapLink> list;
+  std::vector<int> window; // node numbers
+  bool stale = true, located = true;
+  std::uint64_t order = 0;
+};
+
+/// 1/mu = 1/m + sum_a N_a^2/M_a: the mass that a spring between a particle and its interpolated point moves [kg]; 0 when a node
+/// without mass is involved, which can carry no reaction.
+double reduced_mass(double particle_mass, const OverlapLink &link, const Eigen::Matrix3Xd &node_mass);
+} // namespace kerf

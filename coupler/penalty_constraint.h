@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/constraint.h"
+#include "coupler/interface_work.h"
+#include "coupler/overlap_links.h"
+
+namespace kerf
+{
+/// Penalty forces f_i = -k_i chi_i on the particle and N_a k_i chi_i on the nodes (seed, eq. 4).
+///  - constant: k_i = k_DF for all (the seed);
+///  - mass scaled: k_i = beta mu_i/dt^2, 1/mu_i = 1/m_i + sum_a N_a^2/M_a with the weighted masses, so that the stiffness
+///    falls with the masses towards the ends of the overlap and never governs the stable step.
+/// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical.
+class PenaltyConstraint : public Constraint
+{
+public:
+  struct Settings
+  {
+    MPI_Comm comm = MPI_COMM_WORLD;
+    bool mass_scaled = true;
+    double stiffness = 0.; ///< k_DF [N/m] (2D: per metre), constant penalty only
+    double beta = 0.;      ///< mass-scaled penalty only
+    double time_step = 0.; ///< [s]
+    double damping = 0.;   ///< xi [-]
+  };
+
+  /// @param packing kept by reference
+  PenaltyConstraint(const Settings &settings, const dem::Packing &packing);
+
+  void set_particles(const std::vector<TiedParticle> &particles) override;
+  void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
+  ConstraintEnergy energy() const override { return {stored, -damping_work.local()}; }
+  int n_particles() const override { return links.n_particles(); }
+
+private:
+  void choose_springs(const dem::Particles &particles, const fem::FemSide &fem);
+  void add_damping(dem::Particles &particles, fem::FemSide &fem);
+
+  Settings settings;
+  OverlapLinks links;
+  std::vector<double> stiffness, viscosity; // of each link
+  Eigen::Matrix3Xd node_displacement, node_velocity, node_force;
+  double stored = 0.;
+  InterfaceWork damping_work;
+};
+
+/// What the case says of the penalty, for a step @p dt [s].
+PenaltyConstraint::Settings penalty_settings(const Case &settings, double dt);
+/// k_i of both kinds [N/m]; @p mu reduced mass [kg].
+double penalty_stiffness(const PenaltyConstraint::Settings &settings, double share, double mu);
+/// 2 xi sqrt(k mu) [N s/m]
+double penalty_viscosity(const PenaltyConstraint::Settings &settings, double stiffness, double mu);
+} // namespace kerf

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/stable_step.h"
+
+#include "coupler/activation.h"
+#include "coupler/input_error.h"
+#include "coupler/particle_boundary.h"
+#include "dem_side/bond_network.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+/// Stable step of a system that gets a further spring: omega^2 is at most the sum.
+double with_spring(double step, double omega2)
+{
+  return 2. / std::sqrt(4. / (step * step) + omega2);
+}
+
+/// Share of the stable step that contact damping leaves. Damping is a fraction xi of critical for a pair; the highest mode of
+/// the pack sees it through more contacts, xi_max = xi omega_max sqrt(m/(2 k_n)). Limit with damping: (2/omega) (sqrt(1 + xi^2)
+/// - xi).
+double left_by_damping(const Case &settings, double omega, double mean_mass)
+{
+  const double xi = settings.bond.damping * omega * std::sqrt(mean_mass / (2. * settings.bond.k_n));
+  return std::sqrt(1. + xi * xi) - xi;
+}
+
+double smallest_edge(const fem::Mesh &mesh)
+{
+  double smallest = 1e300;
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    for (int c = 0; c < mesh.dim; ++c) // lexicographic: the neighbours of corner 0 are 1, 2 and 4
+      smallest = std::min(smallest, (mesh.nodes.col(mesh.cells(1 << c, cell)) - mesh.nodes.col(mesh.cells(0, cell))).norm());
+  return smallest;
+}
+
+/// Cells, the overlap around them, and what is tied to its outside by bonds.
+Box surroundings(const fem::Mesh &mesh, const std::vector<int> &cells, double reach)
+{
+  Box box{Eigen::Vector3d::Constant(1e300), Eigen::Vector3d::Constant(-1e300)};
+  for (const int cell : cells)
+    for (int a = 0; a < mesh.cells.rows(); ++a)
+    {
+      box.lower = box.lower.cwiseMin(mesh.nodes.col(mesh.cells(a, cell)));
+      box.upper = box.upper.cwiseMax(mesh.nodes.col(mesh.cells(a, cell)));
+    }
+  box.lower.array() -= reach;
+  box.upper.array() += reach;
+  return box;
+}
+
+double reach_around(const Case &settings, const Overlap &overlap)
+{
+  return overlap.width() + settings.mesh.cell_size + 2. * settings.packing.mean_diameter;
+}
+
+std::vector<char> particles_of(const Overlap &overlap, int n)
+{
+  std::vector<char> active(n);
+  for (int i = 0; i < n; ++i)
+    active[i] = overlap.needs_particle(i);
+  return active;
+}
+
+double limit_of_fixed_overlap(const Case &settings, fem::FemSide &fem, const dem::Packing &packing, double guess, MPI_Comm comm)
+{
+  Overlap overlap(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width);
+  const std::vector<int> cells = cells_inside(fem.mesh(), settings.fixed_region);
+  if (cells.empty())
+    return 0.;
+  overlap.convert(cells);
+  fem.set_weights(overlap.fe_weights());
+  const ParticleBoundary boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing);
+  CoupledOperator model(settings, fem, packing, overlap, boundary.movable(overlap.tied_particles()),
+                        particles_of(overlap, packing.size()), surroundings(fem.mesh(), cells, reach_around(settings, overlap)),
+                        comm);
+  const double limit = model.stable_step(guess);
+  fem.set_weights(Eigen::VectorXd::Ones(fem.quadrature_points().cols()));
+  return limit;
+}
+
+/// What ties may add to dt^2 omega^2 where the overlap is not known yet.
+double added_by_ties(const Case &settings, double dt, double lightest)
+{
+  constexpr double shared_nodes = 1.5; // ties of neighbouring particles pull at the same nodes
+  const double damping = settings.interface_damping;
+  switch (settings.constraint)
+  {
+  case ConstraintMethod::multipliers:
+    return shared_nodes * 2. * settings.fluctuation_relaxation;
+  case ConstraintMethod::multipliers_diagonal:
+    return 0.;
+  case ConstraintMethod::penalty_mass_scaled:
+    return shared_nodes * (settings.penalty_ratio + 4. * damping * std::sqrt(settings.penalty_ratio));
+  default:
+    const double k = settings.penalty_ratio * settings.bond.k_n;
+    return dt * dt * k / lightest + 4. * damping * dt * std::sqrt(k / lightest);
+  }
+}
+} // namespace
+
+double particle_density(const Case &settings, const dem::Packing &packing)
+{
+  return settings.rock.density / packing.solid_fraction();
+}
+
+double particle_frequency(const dem::Packing &packing, double k_n, double k_t, double density)
+{
+  constexpr double pressed = 0.5; // gap / mean radius of pairs that touch where the rock is pressed together
+  dem::Packing contacts = packing;
+  dem::bond_by_gap(contacts, std::max(pressed, packing.gap_tolerance));
+  return std::max(dem::largest_frequency(packing, k_n, k_t, density), dem::largest_frequency(contacts, k_n, k_t, density));
+}
+
+StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, MPI_Comm comm)
+{
+  StableSteps steps;
+  steps.fem = fem.stable_step();
+  const double density = particle_density(settings, packing);
+  const double omega = particle_frequency(packing, settings.bond.k_n, settings.bond.k_t, density);
+  double mean_mass = 0.;
+  for (int i = 0; i < packing.size(); ++i)
+    mean_mass += density * packing.volume(i) / packing.size();
+  const double undamped_share = left_by_damping(settings, omega, mean_mass);
+  steps.dem = 2. / omega * undamped_share;
+
+  if (settings.tool.present())
+  {
+    // The tool's spring adds to the stiffness of what it touches: k/m of the lightest particle, and 2 k_s/(rho h) of a surface
+    // node (area a, lumped mass rho a h/2), whatever the cell's shape.
+    const double k = settings.tool.stiffness_ratio * settings.bond.k_n;
+    int lightest = 0;
+    packing.radii.minCoeff(&lightest);
+    steps.dem = with_spring(steps.dem, k / (density * packing.volume(lightest)));
+    steps.fem = with_spring(steps.fem, 2. * k / packing.mean_diameter / (settings.rock.density * smallest_edge(fem.mesh())));
+  }
+  if (mode == Mode::fem || mode == Mode::dem)
+  {
+    steps.coupled = mode == Mode::fem ? steps.fem : steps.dem;
+    return steps;
+  }
+
+  if (settings.constraint == ConstraintMethod::penalty_mass_scaled && settings.penalty_ratio >= 2.)
+    throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
+                     " is unstable at any time step with Coupling/Method = penalty_mass_scaled, give less than 2 "
+                     "(0.25 is safe)");
+  if (settings.constraint == ConstraintMethod::multipliers_diagonal && settings.penalty_ratio >= 2.)
+    throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
+                     " is unstable at any time step with Coupling/Method = multipliers_diagonal, give less than 2");
+  const double sides = std::min(steps.fem, steps.dem);
+  if (mode == Mode::fixed)
+    steps.overlap = undamped_share * limit_of_fixed_overlap(settings, fem, packing, sides, comm);
+  if (steps.overlap > 0.)
+  {
+    steps.coupled = std::min(sides, steps.overlap);
+    return steps;
+  }
+  // (dt/sides)^2 4 + ties(dt) = 4, by bisection; a weight at the end of the overlap is about d/(2 L_o).
+  const double lightest = mean_mass * 0.5 * packing.mean_diameter / std::max(settings.overlap_width, packing.mean_diameter);
+  double lower = 0., upper = sides;
+  for (int k = 0; k < 60; ++k)
+  {
+    const double middle = 0.5 * (lower + upper), ratio = middle / sides;
+    (4. * ratio * ratio + added_by_ties(settings, middle, lightest) <= 4. ? lower : upper) = middle;
+  }
+  steps.coupled = lower;
+  return steps;
+}
+
+void StabilityWatch::check(const fem::FemSide &fem, const Overlap &overlap, const std::vector<TiedParticle> &tied,
+                           const std::vector<char> &active, const std::vector<int> &cells, double dt)
+{
+  constexpr int products = 12;
+  auto now = std::make_unique<CoupledOperator>(settings, fem, packing, overlap, tied, active,
+                                               surroundings(fem.mesh(), cells, reach_around(settings, overlap)), comm);
+  if (last)
+    now->take_mode(*last);
+  const double highest = now->highest(dt, 1e-2, products); // from below, so it can only be missed, not wrongly reported
+  last = std::move(now);
+  if (highest > 4.)
+  {
+    const double limit = last->stable_step(dt);
+    std::ostringstream text;
+    text << "the coupled model is unstable at the time step " << dt << " s: the stable step around the cells converted last is "
+         << limit << " s; lower Time/Safety or Coupling/Penalty ratio";
+    throw UnstableRun(text.str());
+  }
+}
+} // namespace kerf

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "dem_side/network_operator.h"
+
+#include "dem_side/bond_kinematics.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace kerf::dem
+{
+NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stored_bonds, const Material &material,
+                                 const std::vector<int> &particles, const std::vector<char> &active,
+                                 const Eigen::VectorXd &weight)
+  : dim(packing.dim), inertia(particles.size() * (packing.dim == 2 ? 3 : 6))
+{
+  if (!std::is_sorted(particles.begin(), particles.end()))
+    throw std::invalid_argument("network operator: particles must be in ascending order");
+  const int dofs = per_particle();
+  const double inertia_factor = dim == 2 ? 0.5 : 0.4; // of a disc, a sphere [m r^2]
+  for (int p = 0; p < static_cast<int>(particles.size()); ++p)
+  {
+    const int i = particles[p];
+    double sum = 0.;
+    int n = 0;
+    for (const int j : stored_bonds.partners_of(i))
+    {
+      if (!active[j])
+        continue;
+      const double bond_weight = 0.5 * (weight[i] + weight[j]);
+      sum += bond_weight;
+      ++n;
+      const auto other = std::lower_bound(particles.begin() + p, particles.end(), j);
+      if (j < i || other == particles.end() || *other != j)
+        continue;
+      const Eigen::Vector3d branch = packing.positions.col(j) - packing.positions.col(i);
+      const double length = branch.norm(), lever = length * packing.radii[i] / (packing.radii[i] + packing.radii[j]);
+      bonds.push_back({dofs * p, dofs * static_cast<int>(other - particles.begin()), branch / length, lever, length - lever,
+                       bond_weight * material.k_n, bond_weight * material.k_t});
+    }
+    const double mass = material.density * packing.volume(i) * (n > 0 ? sum / n : weight[i]);
+    inertia.segment(dofs * p, dim).setConstant(mass);
+    inertia.segment(dofs * p + dim, dofs - dim).setConstant(inertia_factor * mass * packing.radii[i] * packing.radii[i]);
+  }
+}
+
+template <int dim>
+void NetworkOperator::add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const
+{
+  constexpr int dofs = particle_dofs<dim>;
+  for (const Bond &bond : bonds)
+  {
+    const Eigen::Matrix<double, dim, 1> n = bond.normal.head<dim>();
+    const auto relative = relative_displacement<dim>(n, bond.lever, bond.reach);
+    const Eigen::Matrix<double, dim, 1> opening = relative.template leftCols<dofs>() * x.segment<dofs>(bond.first) +
+                                                  relative.template rightCols<dofs>() * x.segment<dofs>(bond.second);
+    const Eigen::Matrix<double, dim, 1> force = bond.shear_k * opening + (bond.normal_k - bond.shear_k) * n.dot(opening) * n;
+    y.segment<dofs>(bond.first) += relative.template leftCols<dofs>().transpose() * force;
+    y.segment<dofs>(bond.second) += relative.template rightCols<dofs>().transpose() * force;
+  }
+}
+
+void NetworkOperator::add_product(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const
+{
+  if (dim == 2)
+    add_product_in<2>(x, y);
+  else
+    add_product_in<3>(x, y);
+}
+} // namespace kerf::dem

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "dem_side/stored_bonds.h"
+
+#include <Eigen/Core>
+
+namespace kerf::dem
+{
+/// The linear network of the bonds among some particles of a store, matrix-free. Degrees of freedom of the p-th particle:
+/// translations [m] and rotations [rad] from per_particle() * p on.
+class NetworkOperator
+{
+public:
+  struct Material
+  {
+    double k_n = 0., k_t = 0.; ///< of a bond [N/m]
+    double density = 0.;       ///< of the particles [kg/m^3]
+  };
+
+  /// @param particles indices in the packing, ascending. @param active by index: who is there; bonds to others do not count.
+  /// @param weight by index; a bond has the mean weight of its ends.
+  NetworkOperator(const Packing &packing, const StoredBonds &stored_bonds, const Material &material,
+                  const std::vector<int> &particles, const std::vector<char> &active, const Eigen::VectorXd &weight);
+
+  int per_particle() const { return dim == 2 ? 3 : 6; }
+  int n_dofs() const { return static_cast<int>(inertia.size()); }
+  /// Weighted mass [kg], then moment of inertia [kg m^2] of each particle as DemSide::set_weights() makes them.
+  const Eigen::VectorXd &masses() const { return inertia; }
+  /// y += K x, forces [N] and torques [N m] that the displacements and rotations need.
+  void add_product(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const;
+
+private:
+  struct Bond
+  {
+    int first, second;        ///< places of their first degree of freedom
+    Eigen::Vector3d normal;   ///< from the first to the second
+    double lever, reach;      ///< from the first, from the second centre to the contact point [m]
+    double normal_k, shear_k; ///< weighted stiffness [N/m]
+  };
+  template <int dim>
+  void add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const;
+
+  int dim;
+  std::vector<Bond> bonds;
+  Eigen::VectorXd inertia;
+};
+} // namespace kerf::dem
