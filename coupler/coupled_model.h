@@ -95,4 +95,7 @@ private:
   std::vector<ActivationEvent> activation_events;
   StepTimer clock;
 };
+
+/// What the particle side of a case is set up with.
+dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
 } // namespace kerf

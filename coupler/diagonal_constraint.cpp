@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/diagonal_constraint.h"
 
+#include <Eigen/Geometry>
+
 namespace kerf
 {
 using Eigen::Vector3d;

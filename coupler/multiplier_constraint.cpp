@@ -3,6 +3,7 @@
 
 #include "coupler/gather.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace kerf

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/penalty_constraint.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace kerf

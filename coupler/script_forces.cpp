@@ -86,6 +86,7 @@ public:
   void set_state(const Eigen::Matrix3Xd &, const Eigen::Matrix3Xd &) override {}
   Eigen::Matrix3Xd gather(fem::NodalField) const override { return no_points; }
   fem::Energies energies() const override { return {}; }
+  std::vector<fem::CellStiffness> cell_stiffness(const std::vector<int> &) const override { return {}; }
   double stable_step() const override { return 0.; }
   void write_vtu(const std::string &, const std::vector<std::pair<std::string, Eigen::VectorXd>> &) const override {}
 

@@ -170,6 +170,8 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
 
 template CellStress ExplicitSolver<2>::cell_stress() const;
 template CellStress ExplicitSolver<3>::cell_stress() const;
+template std::vector<CellStiffness> ExplicitSolver<2>::cell_stiffness(const std::vector<int> &) const;
+template std::vector<CellStiffness> ExplicitSolver<3>::cell_stiffness(const std::vector<int> &) const;
 template double ExplicitSolver<2>::stable_step() const;
 template double ExplicitSolver<3>::stable_step() const;
 template void ExplicitSolver<2>::write_vtu(const std::string &,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "coupler/constraint.h"
+#include "coupler/penalty_constraint.h"
 #include "tests/unit/dummy_fem_side.h"
 
 #include <gtest/gtest.h>
@@ -33,12 +33,28 @@ PenaltyConstraint::Settings mass_scaled()
   return settings;
 }
 
-std::vector<int> all_of(int n)
+std::vector<TiedParticle> all_of(int n)
 {
-  std::vector<int> indices(n);
+  std::vector<TiedParticle> particles(n);
   for (int i = 0; i < n; ++i)
-    indices[i] = i;
-  return indices;
+    particles[i].index = i;
+  return particles;
+}
+
+dem::Packing packing_at(const Eigen::Matrix3Xd &positions)
+{
+  dem::Packing packing;
+  packing.positions = positions;
+  packing.radii = Eigen::VectorXd::Constant(positions.cols(), 0.1 * h);
+  return packing;
+}
+
+/// Applies once and gives the stored energy.
+double apply(PenaltyConstraint &constraint, test::DummyParticles &particles, fem::FemSide &fem)
+{
+  dem::Particles view = particles.view();
+  constraint.apply(dem::Phase::step, view, fem);
+  return constraint.energy().stored;
 }
 } // namespace
 
@@ -53,10 +69,10 @@ TEST(PenaltyConstraint, ConservesMomentum)
   fem.displacement = 0.01 * Eigen::Matrix3Xd::Random(3, fem.mesh().n_nodes());
   fem.displacement.row(2).setZero();
   test::DummyParticles particles(moved);
-  PenaltyConstraint constraint(mass_scaled(), reference);
+  const dem::Packing packing = packing_at(reference);
+  PenaltyConstraint constraint(mass_scaled(), packing);
   constraint.set_particles(all_of(n));
-  dem::Particles view = particles.view();
-  const double energy = constraint.apply(view, fem);
+  const double energy = apply(constraint, particles, fem);
 
   const double scale = particles.f.norm();
   ASSERT_GT(scale, 0.);
@@ -82,10 +98,10 @@ TEST(PenaltyConstraint, NoForceInLinearFields)
   fem.displacement = (gradient * fem.mesh().nodes).colwise() + translation;
   const Eigen::Matrix3Xd moved = reference + ((gradient * reference).colwise() + translation);
   test::DummyParticles particles(moved);
-  PenaltyConstraint constraint(mass_scaled(), reference);
+  const dem::Packing packing = packing_at(reference);
+  PenaltyConstraint constraint(mass_scaled(), packing);
   constraint.set_particles(all_of(n));
-  dem::Particles view = particles.view();
-  constraint.apply(view, fem);
+  apply(constraint, particles, fem);
   const double k = 0.25 / 1e-6; // beta/dt^2 times a mass of one: the scale of a force for chi = 1
   EXPECT_LT(particles.f.norm(), 1e-13 * k);
   EXPECT_LT(fem.force.norm(), 1e-13 * k);
@@ -101,10 +117,10 @@ TEST(PenaltyConstraint, MassScaledFrequency)
     test::DummyFemSide fem(1, 1, h, node_mass);
     const Vector3d chi(1e-3, -2e-3, 0.);
     test::DummyParticles particles(reference.colwise() + chi, 0.7);
-    PenaltyConstraint constraint(mass_scaled(), reference);
-    constraint.set_particles({0});
-    dem::Particles view = particles.view();
-    constraint.apply(view, fem);
+    const dem::Packing packing = packing_at(reference);
+    PenaltyConstraint constraint(mass_scaled(), packing);
+    constraint.set_particles(all_of(1));
+    apply(constraint, particles, fem);
     Vector3d acceleration = particles.f.col(0) / 0.7;
     const fem::Interpolation row = fem.locate(reference)[0];
     for (int a = 0; a < 4; ++a)
@@ -126,10 +142,10 @@ TEST(PenaltyConstraint, ForceIsGradientOfEnergy)
   {
     test::DummyFemSide fem(1, 1, h, 1.);
     test::DummyParticles particles(reference.colwise() + chi);
-    PenaltyConstraint constraint(settings, reference);
-    constraint.set_particles({0});
-    dem::Particles view = particles.view();
-    const double energy = constraint.apply(view, fem);
+    const dem::Packing packing = packing_at(reference);
+    PenaltyConstraint constraint(settings, packing);
+    constraint.set_particles(all_of(1));
+    const double energy = apply(constraint, particles, fem);
     if (force)
       *force = particles.f.col(0);
     return energy;

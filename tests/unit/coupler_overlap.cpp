@@ -83,7 +83,11 @@ TEST(Overlap, WeightsSumToOne)
     points.col(i) = Vector3d(x(random), y(random), 0.);
   for (const WeightFunction function : {WeightFunction::linear, WeightFunction::cubic, WeightFunction::constant})
   {
-    Overlap overlap(fem.mesh(), points, points, function, 2. * h);
+    dem::Packing packing;
+    packing.positions = points;
+    packing.radii = Eigen::VectorXd::Constant(points.cols(), 0.1 * h);
+    packing.mean_diameter = 0.2 * h;
+    Overlap overlap(fem.mesh(), points, packing, function, 2. * h);
     EXPECT_DOUBLE_EQ(overlap.fe_weights().minCoeff(), 1.);
     EXPECT_DOUBLE_EQ(overlap.de_weights().maxCoeff(), 0.);
     overlap.convert({5, 17, 40});

@@ -60,7 +60,7 @@ struct Body
 {
   explicit Body(const Case &the_case)
     : settings(the_case), packing(dem::generate_packing(settings.packing)), fem(make_fem()),
-      dt(0.7 * stable_steps(settings, Mode::fixed, *fem, packing).coupled),
+      dt(0.7 * stable_steps(settings, Mode::fixed, *fem, packing, MPI_COMM_WORLD).coupled),
       model(settings, Mode::fixed, *fem, packing, dt, MPI_COMM_WORLD)
   {
   }

@@ -44,7 +44,7 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
       conditions.push_back({id, fem::BoundaryKind::roller, Eigen::Vector3d::Zero(), 0.});
   ParticleBoundary boundary(fem->mesh(), settings.rock, conditions, packing);
 
-  const double dt = fraction_of_step * stable_steps(settings, Mode::dem, *fem, packing).dem;
+  const double dt = fraction_of_step * stable_steps(settings, Mode::dem, *fem, packing, MPI_COMM_WORLD).dem;
   const dem::Settings particles = particle_settings(settings, packing, dt, MPI_COMM_SELF);
   OuterWork work(dt, MPI_COMM_SELF), absorbed(dt, MPI_COMM_SELF);
   int n = 0;

@@ -67,7 +67,7 @@ struct Body
       model.advance(steps / 20);
       result.end = model.energies();
       result.largest_work = std::max(result.largest_work, std::abs(result.end.work()));
-      result.largest_residual = std::max(result.largest_residual, std::abs(result.end.residual));
+      result.largest_residual = std::max(result.largest_residual, std::abs(result.end.residual()));
     }
     result.broken = model.dem().n_bonds_broken();
     return result;
