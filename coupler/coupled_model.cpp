@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/coupled_model.h"
 
+#include "coupler/gather.h"
 #include "coupler/input_error.h"
 #include "coupler/relaxation.h"
 
@@ -58,7 +59,7 @@ void CoupledModel::start()
 void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
 {
   clock.lap(Part::dem);
-  const bool with_fem = fem_side.n_active_cells() > 0;
+  const bool with_fem = fem_side.n_active_cells() > 0 && !relaxing;
   const bool stepping = phase == dem::Phase::step;
   if (stepping)
   {
@@ -92,7 +93,8 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   boundary.damp(particles, absorbing_work);
   clock.lap(Part::dem);
 
-  constraint->apply(phase, particles, fem_side); // sees all other forces
+  if (!relaxing)
+    constraint->apply(phase, particles, fem_side); // sees all other forces
   clock.lap(Part::exchange);
 
   boundary.hold(particles, now, dt, boundary_work);
@@ -138,6 +140,11 @@ void CoupledModel::convert(const std::vector<int> &cells)
   event.energy_before = energies().held();
   event.cells = static_cast<int>(cells.size());
 
+  // Weights of the overlap change, and what was at rest in it is so no longer.
+  std::vector<dem::NewParticle> unsettled;
+  for (const TiedParticle &particle : boundary.movable(regions.tied_particles()))
+    if (dem_side->is_active()[particle.index])
+      unsettled.emplace_back().index = particle.index;
   regions.convert(cells);
   // Project while the finite elements still carry the field everywhere.
   const std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_active(), comm);
@@ -145,6 +152,11 @@ void CoupledModel::convert(const std::vector<int> &cells)
 
   fem_side.set_weights(regions.fe_weights());
   dem_side->insert(particles);
+  if (mode != Mode::dem) // there particles start where bonds are at rest
+  {
+    unsettled.insert(unsettled.end(), particles.begin(), particles.end());
+    relax_new(unsettled);
+  }
   dem_side->set_weights(regions.de_weights());
   std::vector<TiedParticle> tied;
   for (const TiedParticle &particle : boundary.movable(regions.tied_particles()))
@@ -152,12 +164,6 @@ void CoupledModel::convert(const std::vector<int> &cells)
       tied.push_back(particle);
   constraint->set_particles(tied);
   set_up_forces();
-  if (mode != Mode::dem) // there particles start where bonds are at rest
-  {
-    relax(settings, packing, particles, *dem_side, [this] { set_up_forces(); });
-    constraint->set_particles(tied); // gaps count from where relaxation left the particles
-    set_up_forces();
-  }
   if (mode == Mode::adaptive)
     watch.check(fem_side, regions, tied, dem_side->is_active(), cells, dt);
 
@@ -167,9 +173,57 @@ void CoupledModel::convert(const std::vector<int> &cells)
   activation_events.push_back(event);
 }
 
+/// With full weights: the places where particles of a random packing rest do not depend on how stiffness is shared, and
+/// weights would load them with forces that the finite elements balance. The outermost particles miss bonds and stay; so do
+/// damaged ones, whose contacts would take the move for sliding.
+void CoupledModel::relax_new(const std::vector<dem::NewParticle> &particles)
+{
+  if (settings.relaxation_steps == 0)
+    return;
+  const std::vector<char> &active = dem_side->is_active();
+  const std::vector<char> damaged = damaged_particles();
+  std::vector<int> inner;
+  for (const dem::NewParticle &particle : particles)
+  {
+    if (damaged[particle.index])
+      continue;
+    const auto partners = regions.bonds().partners_of(particle.index);
+    if (std::all_of(partners.begin(), partners.end(), [&](int partner) { return active[partner]; }))
+      inner.push_back(particle.index);
+  }
+  if (inner.empty())
+    return;
+  relaxing = true;
+  dem_side->set_weights(Eigen::VectorXd::Ones(packing.size()));
+  relax(settings, packing, inner, *dem_side, [this] { set_up_forces(); });
+  relaxing = false;
+}
+
+/// By index in the packing: has a broken bond.
+std::vector<char> CoupledModel::damaged_particles() const
+{
+  const dem::Particles particles = dem_side->particles();
+  const std::vector<double> damage = dem_side->damage();
+  std::vector<int> mine;
+  for (int i = 0; i < particles.n && i < static_cast<int>(damage.size()); ++i)
+    if (damage[i] > 0.)
+      mine.push_back(particles.index[i]);
+  std::vector<char> damaged(packing.size(), 0);
+  for (const int index : gather_all(mine, MPI_INT, comm))
+    damaged[index] = 1;
+  return damaged;
+}
+
 void CoupledModel::set_up_forces()
 {
-  dem_side->setup([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); });
+  try
+  {
+    dem_side->setup([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); });
+  }
+  catch (const std::runtime_error &error)
+  {
+    throw UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what());
+  }
 }
 
 ToolForce CoupledModel::take_tool_force()

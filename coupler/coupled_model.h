@@ -68,6 +68,8 @@ public:
 private:
   void cycle(dem::Phase phase, dem::Particles &particles);
   void convert(const std::vector<int> &cells);
+  void relax_new(const std::vector<dem::NewParticle> &particles);
+  std::vector<char> damaged_particles() const;
   void set_up_forces();
 
   const Case &settings;
@@ -87,6 +89,7 @@ private:
   OuterWork tool_work, boundary_work, absorbing_work; // on particles
   ForceCatcher tool_forces;
 
+  bool relaxing = false; // new particles are moved to rest, time stands still
   std::int64_t n_steps = 0;
   double now = 0.;
   double initial_energy = 0., conversion_energy = 0.; // see EnergyLedger

@@ -8,17 +8,18 @@
 
 namespace kerf
 {
-void relax(const Case &settings, const dem::Packing &packing, const std::vector<dem::NewParticle> &fresh,
-           dem::DemSide &dem_side, const std::function<void()> &compute_forces)
+void relax(const Case &settings, const dem::Packing &packing, const std::vector<int> &moving, dem::DemSide &dem_side,
+           const std::function<void()> &compute_forces)
 {
   constexpr double step = 0.9, memory = 0.55;
   using Move = Eigen::Matrix<double, 6, 1>; // displacement, rotation
   std::unordered_map<int, Move> moves;
-  for (const dem::NewParticle &particle : fresh)
-    moves[particle.index] = Move::Zero();
+  for (const int index : moving)
+    moves[index] = Move::Zero();
   const double density = particle_density(settings, packing), k_n = settings.bond.k_n, k_t = settings.bond.k_t;
 
-  for (int iteration = 0; iteration < (fresh.empty() ? 0 : settings.relaxation_steps); ++iteration)
+  compute_forces();
+  for (int iteration = 0; iteration < settings.relaxation_steps; ++iteration)
   {
     dem::Particles particles = dem_side.particles();
     for (int i = 0; i < particles.n; ++i)

@@ -9,11 +9,12 @@
 
 namespace kerf
 {
-/// Moves new particles to rest among frozen neighbours before time goes on. The projected field is smooth, but particles of a
+/// Moves some particles to rest among frozen neighbours before time goes on. The projected field is smooth, but particles of a
 /// random packing rest at places that fluctuate about it: let go, the excess of elastic energy would ring and overload bonds.
 /// Velocities stay as projected, bonds do not break meanwhile. Heavy-ball iteration with the diagonal of the bond stiffness:
 /// step 0.9, memory 0.55 converges for eigenvalues of D^-1 K up to 2 (0.9 x 2 < 2 (1 + 0.55)).
-/// @param compute_forces makes the forces for the present positions. Collective.
-void relax(const Case &settings, const dem::Packing &packing, const std::vector<dem::NewParticle> &fresh,
-           dem::DemSide &dem_side, const std::function<void()> &compute_forces);
+/// @param moving indices in the packing. @param compute_forces makes the forces for the present positions; called first.
+/// Collective.
+void relax(const Case &settings, const dem::Packing &packing, const std::vector<int> &moving, dem::DemSide &dem_side,
+           const std::function<void()> &compute_forces);
 } // namespace kerf
