@@ -3,9 +3,9 @@ kerf_test(fem_unit LABEL fem RANKS 2
   SOURCES unit/fem_law.cpp unit/fem_mesh.cpp unit/fem_forces.cpp unit/fem_boundary.cpp unit/fem_exchange.cpp unit/fem_output.cpp
   LIBRARIES kerf_fem)
 kerf_test(fem_verification LABEL fem RANKS 2
-  SOURCES verification/fem_waves.cpp verification/fem_stability.cpp
+  SOURCES verification/fem_waves.cpp verification/fem_stability.cpp verification/fem_periodic.cpp
   LIBRARIES kerf_fem)
 # Against a one-rank run in the same process.
 kerf_test(fem_ranks LABEL fem RANKS 4
-  SOURCES verification/fem_ranks.cpp unit/fem_exchange.cpp
+  SOURCES verification/fem_ranks.cpp verification/fem_periodic.cpp unit/fem_exchange.cpp
   LIBRARIES kerf_fem)
