@@ -3,7 +3,7 @@ kerf_test(fem_unit LABEL fem RANKS 2
   SOURCES unit/fem_law.cpp unit/fem_mesh.cpp unit/fem_forces.cpp unit/fem_boundary.cpp unit/fem_exchange.cpp unit/fem_output.cpp
   LIBRARIES kerf_fem)
 kerf_test(fem_verification LABEL fem RANKS 2
-  SOURCES verification/fem_waves.cpp verification/fem_stability.cpp verification/fem_periodic.cpp
+  SOURCES verification/fem_waves.cpp verification/fem_stability.cpp
   LIBRARIES kerf_fem)
 # Against a one-rank run in the same process.
 kerf_test(fem_ranks LABEL fem RANKS 4
