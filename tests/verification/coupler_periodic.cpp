@@ -16,7 +16,7 @@ namespace
 constexpr double d = 1e-3; // particle spacing [m]
 const double column = 0.5 * std::sqrt(3.) * d;
 constexpr int cells_x = 20, columns_a_cell = 4;
-const double h = columns_a_cell * column, height = 7. * d;
+const double h = columns_a_cell * column, cell_height = 4. * d, height = 2. * cell_height;
 
 /// Particles left of the tenth cell, an overlap of five cells, finite elements right of it; overlap and particle region end at
 /// columns of the lattice. Its constants: k_n = E/(sqrt(3)(1+nu)(1-2nu)), k_t/k_n = 1 - 4 nu.
@@ -96,14 +96,15 @@ struct Body
 
 const auto zero = [](const Vector3d &) { return Vector3d(Vector3d::Zero()); };
 
-/// Largest difference between columns of a field that belong to the same place along x [m].
-double unevenness(const Eigen::Matrix3Xd &points, const Eigen::Matrix3Xd &field)
+/// Largest difference between columns of a field at places that are the same along x and, modulo @p period, along y [m].
+double unevenness(const Eigen::Matrix3Xd &points, const Eigen::Matrix3Xd &field, double period)
 {
-  std::map<long, Vector3d> of_place;
+  std::map<std::pair<long, long>, Vector3d> of_place;
   double worst = 0.;
   for (int i = 0; i < points.cols(); ++i)
   {
-    const auto entry = of_place.emplace(std::lround(1e3 * points(0, i) / column), field.col(i));
+    const long along = std::lround(1e3 * points(0, i) / column), repeats = std::lround(1e3 * period / d);
+    const auto entry = of_place.emplace(std::pair(along, std::lround(1e3 * points(1, i) / d) % repeats), field.col(i));
     worst = std::max(worst, (entry.first->second - field.col(i)).norm());
   }
   return worst;
@@ -123,7 +124,7 @@ TEST(PeriodicOverlap, DistancesGoAcrossTheSeam)
   // images are within reach.
   int chosen = -1;
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
-    if (cell_centre(mesh, cell)[1] > height - h && std::abs(cell_centre(mesh, cell)[0] - 7.5 * h) < 0.1 * h)
+    if (cell_centre(mesh, cell)[1] > height - cell_height && std::abs(cell_centre(mesh, cell)[0] - 7.5 * h) < 0.1 * h)
       chosen = cell;
   ASSERT_GE(chosen, 0);
   const double reach = 4. * h;
@@ -172,33 +173,62 @@ TEST(PeriodicBody, TranslatesThroughTheSeam)
   EXPECT_LT(energy.elastic + energy.coupling, 1e-12 * energy.kinetic);
 }
 
-// Plane P and S pulses from the finite elements through the overlap into the particles: every plane x = const moves as one, and
-// P pulses move along x only. Penalty forces at the seam are those of any other place, to round-off.
+namespace
+{
+/// A pulse from the finite elements through the overlap into the particles, displacements along @p direction.
+void run_pulse(Body &body, int direction, double amplitude)
+{
+  const double speed = direction == 0 ? body.settings.rock.speed_p() : body.settings.rock.speed_s();
+  const auto shape = [](const Vector3d &x) { return std::abs(x[0] - 16. * h) < 3. * h ? (x[0] - 16. * h) / (3. * h) : 1.; };
+  body.set_state([&](const Vector3d &x)
+                 { return Vector3d(amplitude * std::pow(std::cos(0.5 * M_PI * shape(x)), 2) * Vector3d::Unit(direction)); },
+                 [&](const Vector3d &x)
+                 {
+                   const double slope = -amplitude * M_PI / (6. * h) * std::sin(M_PI * shape(x)); // runs to the left
+                   return Vector3d(speed * slope * Vector3d::Unit(direction));
+                 });
+  body.model.start();
+  body.model.advance(static_cast<int>(9. * h / (speed * body.dt)));
+}
+} // namespace
+
+// With one stiffness for all particles, and a cell that is a multiple of the lattice, plane P and S pulses stay plane: every
+// plane x = const moves as one, and P pulses move along x only. Forces at the seam are those of any other place, to round-off.
 TEST(PeriodicBody, PlanePulsesStayPlane)
 {
   for (const int direction : {0, 1})
   {
-    Body body(make_case());
-    const double amplitude = 1e-4 * d, speed = direction == 0 ? body.settings.rock.speed_p() : body.settings.rock.speed_s();
-    const auto shape = [&](const Vector3d &x) { return std::abs(x[0] - 16. * h) < 3. * h ? (x[0] - 16. * h) / (3. * h) : 1.; };
-    body.set_state([&](const Vector3d &x)
-                   { return Vector3d(amplitude * std::pow(std::cos(0.5 * M_PI * shape(x)), 2) * Vector3d::Unit(direction)); },
-                   [&](const Vector3d &x)
-                   {
-                     const double slope = -amplitude * M_PI / (6. * h) * std::sin(M_PI * shape(x)); // runs to the left
-                     return Vector3d(speed * slope * Vector3d::Unit(direction));
-                   });
-    body.model.start();
-    body.model.advance(static_cast<int>(9. * h / (speed * body.dt)));
+    Case settings = make_case();
+    settings.constraint = ConstraintMethod::penalty;
+    settings.penalty_ratio = 0.5;
+    Body body(settings);
+    const double amplitude = 1e-4 * d;
+    run_pulse(body, direction, amplitude);
     const Eigen::Matrix3Xd u = body.particle_displacements(), u_fem = body.fem->gather(fem::NodalField::displacement);
-    EXPECT_GT(u.row(direction).cwiseAbs().maxCoeff(), 0.7 * amplitude);
-    EXPECT_LT(unevenness(body.packing.positions, u), 1e-9 * amplitude);
-    EXPECT_LT(unevenness(body.fem->mesh().nodes, u_fem), 1e-9 * amplitude);
+    EXPECT_GT(u.row(direction).cwiseAbs().maxCoeff(), 0.5 * amplitude);
+    EXPECT_LT(unevenness(body.packing.positions, u, 1e-3 * d), 1e-9 * amplitude);
+    EXPECT_LT(unevenness(body.fem->mesh().nodes, u_fem, 1e-3 * d), 1e-9 * amplitude);
     if (direction == 0)
     {
       EXPECT_LT(u.row(1).cwiseAbs().maxCoeff(), 1e-9 * amplitude);
       EXPECT_LT(u_fem.row(1).cwiseAbs().maxCoeff(), 1e-9 * amplitude);
     }
+  }
+}
+
+// The mass-scaled stiffness depends on the place in the cell (1e-3 of the pulse): then what repeats itself is the cell, and the
+// one at the seam is like the other.
+TEST(PeriodicBody, CellsAtTheSeamAreLikeOthers)
+{
+  for (const int direction : {0, 1})
+  {
+    Body body(make_case());
+    const double amplitude = 1e-4 * d;
+    run_pulse(body, direction, amplitude);
+    const Eigen::Matrix3Xd u = body.particle_displacements(), u_fem = body.fem->gather(fem::NodalField::displacement);
+    EXPECT_GT(u.row(direction).cwiseAbs().maxCoeff(), 0.5 * amplitude);
+    EXPECT_LT(unevenness(body.packing.positions, u, cell_height), 1e-9 * amplitude);
+    EXPECT_LT(unevenness(body.fem->mesh().nodes, u_fem, cell_height), 1e-9 * amplitude);
   }
 }
 
