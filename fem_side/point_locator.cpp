@@ -91,9 +91,14 @@ std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &poi
     {
       const q1::NodalValues<dim> X = space.cell_nodes(candidate.second);
       q1::Point<dim> xi;
-      if (!invert<dim>(X, point, xi) || !(xi.cwiseAbs().maxCoeff() < best))
+      if (!invert<dim>(X, point, xi))
         continue;
-      best = xi.cwiseAbs().maxCoeff();
+      // Of the cells of a point on a face the first one, not the one that round-off prefers: the gradients differ.
+      const double outermost = xi.cwiseAbs().maxCoeff();
+      const bool on_shared_face = result[i].cell >= 0 && std::abs(outermost - best) < 2. * face_tolerance;
+      if (on_shared_face ? candidate.second > result[i].cell : !(outermost < best))
+        continue;
+      best = outermost;
       result[i] = interpolation<dim>(space.mesh, candidate.second, X, xi);
     }
   }
