@@ -73,7 +73,7 @@ void expect_same_motion(const dem::Packing &packing, const std::vector<fem::Boun
   rock.mesh.upper = packing.upper;
   for (int c = 0; c < 3; ++c)
     rock.mesh.periodic[c] = packing.periodic[c] > 0.;
-  rock.mesh.cell_size = 0.5 * (packing.upper - packing.lower).maxCoeff();
+  rock.mesh.cell_size = 0.25 * (packing.upper - packing.lower).maxCoeff();
   rock.material = {2400., 20e9, 0.2};
   const std::unique_ptr<fem::FemSide> fem = fem::make_fem_side(rock);
 
@@ -113,8 +113,11 @@ void expect_same_motion(const dem::Packing &packing, const std::vector<fem::Boun
   test::start(side, packing, test::all_particles(packing), hook);
   side.advance(steps, hook);
   EXPECT_GT(side.n_bonds_broken(), 10);
-  EXPECT_GT(absorbed.local(), -driven.local());
-  EXPECT_LT(absorbed.local(), 0.);
+  if (conditions.front().kind == fem::BoundaryKind::absorbing)
+  {
+    EXPECT_GT(absorbed.local(), -driven.local());
+    EXPECT_LT(absorbed.local(), 0.);
+  }
 
   write_script({settings, packing, boundary, particles, steps, ""}, directory);
   const Motion script = run_script(directory, packing.size());
@@ -165,5 +168,5 @@ TEST(ExportedScript, KeepsPeriodicAxes)
   bar.mean_diameter = 1e-3;
   bar.upper = std::sqrt(2.) * bar.mean_diameter * Eigen::Vector3d(6., 4., 4.);
   bar.periodic = {{false, true, true}};
-  expect_same_motion(dem::generate_packing(bar), {condition(0, fem::BoundaryKind::absorbing), push(1, {-5., 4., -2.})});
+  expect_same_motion(dem::generate_packing(bar), {condition(0, fem::BoundaryKind::fixed), push(1, {6., 6., -3.})});
 }
