@@ -71,7 +71,7 @@ void DiagonalConstraint::apply(dem::Phase phase, dem::Particles &particles, fem:
     Vector3d rate = particles.velocity.col(i) + tau / particles.mass[i] * particles.force.col(i);
     for (int a = 0; a < link.n; ++a)
       rate -= link.N[a] * ahead.col(link.node[a]);
-    const Vector3d chi = OverlapLinks::displacement_gap(link, particles, displacement);
+    const Vector3d chi = links.displacement_gap(link, particles, displacement);
     const Vector3d pull = mass[k] / tau * (rate + settings.closing / dt * chi);
     const Vector3d couple = chi.cross(pull);
     particles.force.col(i) -= pull;

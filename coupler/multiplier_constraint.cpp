@@ -135,7 +135,7 @@ void MultiplierConstraint::impose(double tau, dem::Particles &particles)
     const OverlapLink &link = list[k];
     const Vector3d ahead = particles.velocity.col(link.particle) +
                            tau * inverse_mass.col(k).cwiseProduct(Vector3d(particles.force.col(link.particle)));
-    const Vector3d moved = Vector3d(particles.position.col(link.particle)) - Eigen::Map<const Vector3d>(link.origin.data());
+    const Vector3d moved = links.displacement(link, particles);
     for (int a = 0; a < link.n; ++a)
     {
       auto column = sums.col(link.node[a]);
@@ -189,7 +189,7 @@ void MultiplierConstraint::add_couples(dem::Particles &particles)
   for (std::size_t k = 0; k < links.links().size(); ++k)
   {
     const OverlapLink &link = links.links()[k];
-    const Vector3d couple = -OverlapLinks::displacement_gap(link, particles, displacement).cross(link_force[k]);
+    const Vector3d couple = -links.displacement_gap(link, particles, displacement).cross(link_force[k]);
     particles.torque.col(link.particle) += couple;
     work.add(particles, link.particle, link_force[k], couple);
   }

@@ -55,10 +55,18 @@ public:
       result -= link.N[a] * node.col(link.node[a]);
     return result;
   }
-  /// chi: displacement of the particle less that of the finite elements at its place [m].
-  static Eigen::Vector3d displacement_gap(const OverlapLink &link, const dem::Particles &particles, const Eigen::Matrix3Xd &u)
+  /// Displacement of the particle from its stored position [m].
+  Eigen::Vector3d displacement(const OverlapLink &link, const dem::Particles &particles) const
   {
-    return gap(link, particles.position, u) - Eigen::Map<const Eigen::Vector3d>(link.origin.data());
+    return packing.shortest(particles.position.col(link.particle) - Eigen::Map<const Eigen::Vector3d>(link.origin.data()));
+  }
+  /// chi: displacement of the particle less that of the finite elements at its place [m].
+  Eigen::Vector3d displacement_gap(const OverlapLink &link, const dem::Particles &particles, const Eigen::Matrix3Xd &u) const
+  {
+    Eigen::Vector3d chi = displacement(link, particles);
+    for (int a = 0; a < link.n; ++a)
+      chi -= link.N[a] * u.col(link.node[a]);
+    return chi;
   }
   /// node a gets N_a value
   static void spread(const OverlapLink &link, const Eigen::Vector3d &value, Eigen::Matrix3Xd &node)

@@ -57,7 +57,7 @@ void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::
   for (std::size_t k = 0; k < links.links().size(); ++k)
   {
     const OverlapLink &link = links.links()[k];
-    const Eigen::Vector3d chi = OverlapLinks::displacement_gap(link, particles, node_displacement);
+    const Eigen::Vector3d chi = links.displacement_gap(link, particles, node_displacement);
     const Eigen::Vector3d force = stiffness[k] * chi;
     particles.force.col(link.particle) -= force;
     OverlapLinks::spread(link, force, node_force);
@@ -77,7 +77,7 @@ void PenaltyConstraint::add_damping(dem::Particles &particles, fem::FemSide &fem
   {
     const OverlapLink &link = links.links()[k];
     const Eigen::Vector3d force = viscosity[k] * OverlapLinks::gap(link, particles.velocity, node_velocity);
-    const Eigen::Vector3d couple = OverlapLinks::displacement_gap(link, particles, node_displacement).cross(force);
+    const Eigen::Vector3d couple = links.displacement_gap(link, particles, node_displacement).cross(force);
     particles.force.col(link.particle) -= force;
     particles.torque.col(link.particle) += couple;
     damping_work.add(particles, link.particle, -force, couple);

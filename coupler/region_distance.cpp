@@ -56,10 +56,18 @@ double distance_to_face(const fem::Mesh &mesh, const fem::BoundaryFace &face, co
 RegionDistance::RegionDistance(const fem::Mesh &mesh, const Eigen::Matrix3Xd &points, double reach)
   : mesh(mesh), points(points), reach(reach), phi(Eigen::VectorXd::Constant(points.cols(), reach)), bin_size(reach)
 {
+  Eigen::Array3i n_images;
+  for (int c = 0; c < 3; ++c)
+    n_images[c] = mesh.period[c] > 0. ? static_cast<int>(std::ceil(reach / mesh.period[c])) : 0;
+  for (int z = -n_images[2]; z <= n_images[2]; ++z)
+    for (int y = -n_images[1]; y <= n_images[1]; ++y)
+      for (int x = -n_images[0]; x <= n_images[0]; ++x)
+        images.push_back(Vector3d(x, y, z).cwiseProduct(mesh.period));
   if (points.cols() == 0)
     return;
   origin = points.rowwise().minCoeff();
-  const Vector3d extent = points.rowwise().maxCoeff() - origin;
+  end = points.rowwise().maxCoeff();
+  const Vector3d extent = end - origin;
   for (int c = 0; c < 3; ++c)
     n_bins[c] = static_cast<int>(extent[c] / bin_size) + 1;
   // Counting sort of the points by bin.
@@ -80,34 +88,35 @@ int RegionDistance::bin_of(const Vector3d &point, int axis) const
   return std::clamp(static_cast<int>(std::floor((point[axis] - origin[axis]) / bin_size)), 0, n_bins[axis] - 1);
 }
 
-std::pair<Eigen::Vector3i, Eigen::Vector3i> RegionDistance::bins_around(int cell) const
+bool RegionDistance::bins_around(int cell, const Vector3d &shift, Eigen::Vector3i &first, Eigen::Vector3i &last) const
 {
+  if (points.cols() == 0)
+    return false;
   Vector3d lower = mesh.nodes.col(mesh.cells(0, cell)), upper = lower;
   for (int a = 1; a < mesh.cells.rows(); ++a)
   {
     lower = lower.cwiseMin(mesh.nodes.col(mesh.cells(a, cell)));
     upper = upper.cwiseMax(mesh.nodes.col(mesh.cells(a, cell)));
   }
-  lower.array() -= reach;
-  upper.array() += reach;
-  std::pair<Eigen::Vector3i, Eigen::Vector3i> bins;
+  lower.array() += shift.array() - reach;
+  upper.array() += shift.array() + reach;
+  if ((lower.array() > end.array()).any() || (upper.array() < origin.array()).any())
+    return false;
   for (int axis = 0; axis < 3; ++axis)
   {
-    bins.first[axis] = bin_of(lower, axis);
-    bins.second[axis] = bin_of(upper, axis);
+    first[axis] = bin_of(lower, axis);
+    last[axis] = bin_of(upper, axis);
   }
-  return bins;
+  return true;
 }
 
 void RegionDistance::add_cell(int cell)
 {
-  if (points.cols() == 0)
-    return;
   for_each_near(cell,
-                [&](const int i)
+                [&](const int i, const Vector3d &shift)
                 {
                   if (phi[i] > 0.)
-                    phi[i] = std::min(phi[i], distance_to_cell(mesh, cell, points.col(i)));
+                    phi[i] = std::min(phi[i], distance_to_cell(mesh, cell, points.col(i) - shift));
                 });
 }
 } // namespace kerf

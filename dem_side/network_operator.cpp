@@ -32,7 +32,7 @@ NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stor
       const auto other = std::lower_bound(particles.begin() + p, particles.end(), j);
       if (j < i || other == particles.end() || *other != j)
         continue;
-      const Eigen::Vector3d branch = packing.positions.col(j) - packing.positions.col(i);
+      const Eigen::Vector3d branch = packing.shortest(packing.positions.col(j) - packing.positions.col(i));
       const double length = branch.norm(), lever = length * packing.radii[i] / (packing.radii[i] + packing.radii[j]);
       bonds.push_back({dofs * p, dofs * static_cast<int>(other - particles.begin()), branch / length, lever, length - lever,
                        bond_weight * material.k_n, bond_weight * material.k_t});

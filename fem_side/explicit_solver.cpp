@@ -279,6 +279,10 @@ Eigen::Matrix3Xd ExplicitSolver<dim>::gather(const NodalField field) const
     for (int c = 0; c < dim; ++c)
       result(c, space.owned_nodes[i]) = values[dim * i + c];
   MPI_Allreduce(MPI_IN_PLACE, result.data(), static_cast<int>(result.size()), MPI_DOUBLE, MPI_SUM, space.comm);
+  const bool shared = field == NodalField::displacement || field == NodalField::velocity;
+  for (int i = 0; i < space.mesh.n_nodes(); ++i)
+    if (space.mesh.master[i] != i)
+      result.col(i) = shared ? Eigen::Vector3d(result.col(space.mesh.master[i])) : Eigen::Vector3d::Zero();
   if (field == NodalField::mass)
     result.row(2) = result.row(0);
   return result;

@@ -27,10 +27,11 @@ struct MeshSettings
   Eigen::Vector3d lower = Eigen::Vector3d::Zero(); ///< box corner [m]
   Eigen::Vector3d upper = Eigen::Vector3d::Zero(); ///< box corner [m]
   double cell_size = 0.;                           ///< cell size, inside the fine zone if there is one [m]
-  Eigen::Vector3d fine_lower = Eigen::Vector3d::Zero(); ///< fine zone corner [m]; fine_lower == fine_upper: uniform
-  Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero(); ///< fine zone corner [m]
-  double growth = 1.;                                   ///< ratio of neighbouring cell sizes outside the fine zone, >= 1
-  double largest_cell_size = 0.;                        ///< upper bound of the graded size [m]; 0: none
+  Eigen::Vector3d fine_lower = Eigen::Vector3d::Zero();   ///< fine zone corner [m]; fine_lower == fine_upper: uniform
+  Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero();   ///< fine zone corner [m]
+  double growth = 1.;                                     ///< ratio of neighbouring cell sizes outside the fine zone, >= 1
+  double largest_cell_size = 0.;                          ///< upper bound of the graded size [m]; 0: none
+  std::array<bool, 3> periodic = {{false, false, false}}; ///< axes across which the mesh repeats itself: no boundary there
 };
 
 /// Isotropic linear-elastic rock (St. Venant-Kirchhoff in finite strain).
@@ -88,10 +89,12 @@ struct BoundaryFace
 struct Mesh
 {
   int dim = 2;
-  Eigen::Matrix3Xd nodes; ///< reference positions [m]
-  Eigen::MatrixXi cells;  ///< 2^dim x n_cells node numbers, lexicographic order (x runs fastest)
-  std::vector<int> owner; ///< rank that computes a cell
-  std::vector<BoundaryFace> boundary;
+  Eigen::Matrix3Xd nodes;                           ///< reference positions [m]
+  Eigen::MatrixXi cells;                            ///< 2^dim x n_cells node numbers, lexicographic order (x runs fastest)
+  std::vector<int> owner;                           ///< rank that computes a cell
+  std::vector<BoundaryFace> boundary;               ///< without the sides that are joined across a periodic axis
+  Eigen::Vector3d period = Eigen::Vector3d::Zero(); ///< length of the mesh along periodic axes, 0 along others [m]
+  std::vector<int> master; ///< of each node the one whose values it shares, across periodic axes; else the node itself
 
   int n_cells() const { return static_cast<int>(cells.cols()); }
   int n_nodes() const { return static_cast<int>(nodes.cols()); }
@@ -161,7 +164,8 @@ public:
   virtual const Eigen::Matrix3Xd &quadrature_points() const = 0;
   virtual const std::vector<int> &owned_cells() const = 0;
 
-  /// Where points [m] of the reference configuration lie (points on a face: any of its cells). Not collective.
+  /// Where points [m] of the reference configuration lie (points on a face: any of its cells), across periodic axes they or
+  /// their images. The nodes are masters (Mesh::master). Not collective.
   virtual std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const = 0;
 
   /// Weight alpha in [0,1] at every quadrature point (same order as quadrature_points()). A cell whose points are all
@@ -194,7 +198,8 @@ public:
   /// Sets displacement [m] and velocity [m/s] of all nodes from functions of the reference position (initial conditions,
   /// tests).
   virtual void set_state(const Eigen::Matrix3Xd &displacement, const Eigen::Matrix3Xd &velocity) = 0;
-  /// All nodal values, gathered on every rank (output, tests): 3 x n_nodes.
+  /// All nodal values, gathered on every rank (output, tests): 3 x n_nodes. Nodes across a periodic axis: displacements and
+  /// velocities of the master, masses and forces are zero as they are the master's.
   virtual Eigen::Matrix3Xd gather(NodalField field) const = 0;
 
   virtual Energies energies() const = 0;

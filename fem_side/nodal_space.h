@@ -38,13 +38,15 @@ public:
   Mesh mesh;
   std::vector<int> owned_cells;
   std::vector<std::array<int, n>> owned_cell_dofs; ///< local position of the first component of each node
-  std::vector<int> owned_nodes;                    ///< node number of every owned node, in local order
+  std::vector<int> owned_nodes;                    ///< node number of every owned node, in local order; images included
 
   /// Global number of the first component of a node.
   dealii::types::global_dof_index first_dof(const int node) const { return first_dofs[node]; }
   /// Local position of the first component of a node that this rank owns or has a copy of.
   int local_dof(const int node) const { return partitioner->global_to_local(first_dofs[node]); }
   bool owns(const int node) const { return partitioner->in_local_range(first_dofs[node]); }
+  /// For output, which looks at each node's own numbers: gives the nodes across periodic axes the values of their masters.
+  void copy_to_images(NodalVector &vector) const;
   /// Number of nodal components this rank owns.
   int n_owned_dofs() const { return static_cast<int>(dim * owned_nodes.size()); }
 
@@ -61,7 +63,8 @@ private:
   void fill_mesh();
   void number_nodes();
 
-  std::vector<dealii::types::global_dof_index> first_dofs;
+  std::vector<dealii::types::global_dof_index> first_dofs; ///< of the master of each node
+  std::vector<dealii::types::global_dof_index> own_dofs; ///< of the node itself, without a part in the model if it has a master
 };
 /// Reference positions of the nodes of a boundary face [m].
 template <int dim>

@@ -40,7 +40,7 @@ Interpolation interpolation(const Mesh &mesh, const int cell, const q1::NodalVal
   result.n = q1::n_nodes<dim>;
   for (int a = 0; a < result.n; ++a)
   {
-    result.nodes[a] = mesh.cells(a, cell);
+    result.nodes[a] = mesh.master[mesh.cells(a, cell)];
     result.N[a] = N[a];
     result.dN.template block<dim, 1>(0, a) = inverse.transpose() * D.row(a).transpose();
   }
@@ -51,6 +51,7 @@ Interpolation interpolation(const Mesh &mesh, const int cell, const q1::NodalVal
 template <int dim>
 PointLocator<dim>::PointLocator(const NodalSpace<dim> &space) : space(space)
 {
+  lower = space.mesh.nodes.rowwise().minCoeff();
   std::vector<std::pair<Box, int>> boxes;
   for (int cell = 0; cell < space.mesh.n_cells(); ++cell)
   {
@@ -75,7 +76,10 @@ std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &poi
   std::vector<std::pair<Box, int>> candidates;
   for (Eigen::Index i = 0; i < points.cols(); ++i)
   {
-    const q1::Point<dim> point = points.col(i).template head<dim>();
+    q1::Point<dim> point = points.col(i).template head<dim>();
+    for (int d = 0; d < dim; ++d)
+      if (space.mesh.period[d] > 0.)
+        point[d] -= space.mesh.period[d] * std::floor((point[d] - lower[d]) / space.mesh.period[d]);
     dealii::Point<dim> p;
     for (int d = 0; d < dim; ++d)
       p[d] = point[d];
@@ -87,9 +91,14 @@ std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &poi
     {
       const q1::NodalValues<dim> X = space.cell_nodes(candidate.second);
       q1::Point<dim> xi;
-      if (!invert<dim>(X, point, xi) || !(xi.cwiseAbs().maxCoeff() < best))
+      if (!invert<dim>(X, point, xi))
         continue;
-      best = xi.cwiseAbs().maxCoeff();
+      // Of the cells of a point on a face the first one, not the one that round-off prefers: the gradients differ.
+      const double outermost = xi.cwiseAbs().maxCoeff();
+      const bool on_shared_face = result[i].cell >= 0 && std::abs(outermost - best) < 2. * face_tolerance;
+      if (on_shared_face ? candidate.second > result[i].cell : !(outermost < best))
+        continue;
+      best = outermost;
       result[i] = interpolation<dim>(space.mesh, candidate.second, X, xi);
     }
   }

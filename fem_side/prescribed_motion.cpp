@@ -25,6 +25,8 @@ void check_ids(const Mesh &mesh, const std::vector<BoundaryCondition> &condition
       message << "boundary condition: the mesh has no boundary id " << condition.id << ", it has";
       for (const int id : in_mesh)
         message << ' ' << id;
+      if ((mesh.period.array() > 0.).any())
+        message << " (periodic sides are no boundary)";
     }
     if (!message.str().empty())
       throw std::runtime_error(message.str());

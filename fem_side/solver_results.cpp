@@ -135,8 +135,8 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
                                     const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const
 {
   NodalVector u = displacement, v = velocity;
-  u.update_ghost_values();
-  v.update_ghost_values();
+  space.copy_to_images(u);
+  space.copy_to_images(v);
   const int n_cells = space.mesh.n_cells();
   VtuContent content{u, v, std::vector<bool>(n_cells, false), {}};
 

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "fem_side/fem_side.h"
+
+namespace kerf::fem
+{
+/// Makes the mesh repeat itself across the axes: fills Mesh::period and Mesh::master, and takes the faces of the joined sides
+/// off the boundary. Throws std::runtime_error with one line when the two sides do not match.
+template <int dim>
+void join_periodic_sides(const std::array<bool, 3> &axes, Mesh &mesh);
+} // namespace kerf::fem
