@@ -44,7 +44,7 @@ void AbsorbingBoundary<dim>::assemble(const NodalSpace<dim> &space, const Surfac
     }
   }
   for (NodalVector &row : rows)
-    row.compress(dealii::VectorOperation::add);
+    space.sum_up(row);
 
   std::set<int> held;
   for (const PrescribedDof &dof : prescribed)

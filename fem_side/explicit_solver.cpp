@@ -83,7 +83,7 @@ void ExplicitSolver<dim>::compute_masses()
           mass.local_element(space.owned_cell_dofs[c][a] + d) += N[a] * point_mass;
     }
   }
-  mass.compress(dealii::VectorOperation::add);
+  space.sum_up(mass);
 
   inverse_mass.resize(space.n_owned_dofs());
   for (int i = 0; i < space.n_owned_dofs(); ++i)
@@ -127,12 +127,12 @@ void ExplicitSolver<dim>::begin_step(const double dt, const double time)
 template <int dim>
 void ExplicitSolver<dim>::compute_forces()
 {
-  displacement.update_ghost_values();
-  velocity.update_ghost_values(); // read by surface_points(), which is not collective
+  space.update_copies(displacement);
+  space.update_copies(velocity); // read by surface_points(), which is not collective
   force = 0.;
   force.zero_out_ghost_values();
   kernel.subtract_internal_forces(displacement.begin(), force.begin());
-  force.compress(dealii::VectorOperation::add);
+  space.sum_up(force);
   forces_are_current = true;
 }
 
@@ -173,8 +173,12 @@ template <int dim>
 void ExplicitSolver<dim>::set_window(const std::vector<int> &nodes)
 {
   for (const int node : nodes)
+  {
     if (node < 0 || node >= space.mesh.n_nodes())
       throw std::runtime_error("window: the mesh has no node " + std::to_string(node));
+    if (space.is_slave(node))
+      throw std::runtime_error("window: node " + std::to_string(node) + " is a slave, ask for its masters");
+  }
   window = std::make_unique<Window<dim>>(space, nodes);
 }
 
@@ -221,7 +225,7 @@ void ExplicitSolver<dim>::add_surface_forces(const Eigen::Matrix3Xd &forces)
 {
   // Ghost entries are zero since the last compress(), so this adds the new contributions alone to their owners.
   surface.add_forces(forces, force.begin());
-  force.compress(dealii::VectorOperation::add);
+  space.sum_up(force);
 }
 
 template <int dim>
@@ -236,8 +240,8 @@ void ExplicitSolver<dim>::set_state(const Eigen::Matrix3Xd &u, const Eigen::Matr
       velocity.local_element(dim * i + c) = v(c, space.owned_nodes[i]);
     }
   stop_massless_nodes();
-  displacement.update_ghost_values();
-  velocity.update_ghost_values();
+  space.update_copies(displacement);
+  space.update_copies(velocity);
   forces_are_current = false;
 }
 
@@ -250,6 +254,8 @@ Eigen::Matrix3Xd ExplicitSolver<dim>::gather(const NodalField field) const
     for (int c = 0; c < dim; ++c)
       result(c, space.owned_nodes[i]) = values.local_element(dim * i + c);
   MPI_Allreduce(MPI_IN_PLACE, result.data(), static_cast<int>(result.size()), MPI_DOUBLE, MPI_SUM, space.comm);
+  if (field == NodalField::displacement || field == NodalField::velocity)
+    space.interpolate_slaves(result);
   if (field == NodalField::mass)
     result.row(2) = result.row(0);
   return result;
@@ -259,7 +265,7 @@ template <int dim>
 Energies ExplicitSolver<dim>::energies() const
 {
   NodalVector u = displacement;
-  u.update_ghost_values();
+  space.update_copies(u);
   double kinetic = 0.;
   for (int i = 0; i < space.n_owned_dofs(); ++i)
     kinetic += 0.5 * mass.local_element(i) * velocity.local_element(i) * velocity.local_element(i);

@@ -18,6 +18,15 @@ enum class MeshShape
   disc ///< the circle inscribed in the box, in three dimensions a cylinder along z
 };
 
+/// Cells that meet this box are halved along every axis this many times; cells around it follow so that neighbours differ by
+/// one halving at most.
+struct RefinedBox
+{
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero(); ///< [m]
+  Eigen::Vector3d upper = Eigen::Vector3d::Zero(); ///< [m]
+  int levels = 1;
+};
+
 /// Mesh of the rock: a gmsh file, or a shape.
 struct MeshSettings
 {
@@ -31,6 +40,7 @@ struct MeshSettings
   Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero(); ///< fine zone corner [m]
   double growth = 1.;                                   ///< ratio of neighbouring cell sizes outside the fine zone, >= 1
   double largest_cell_size = 0.;                        ///< upper bound of the graded size [m]; 0: none
+  std::vector<RefinedBox> refined;                      ///< local refinement with hanging nodes, of any mesh
 };
 
 /// Isotropic linear-elastic rock (St. Venant-Kirchhoff in finite strain).
@@ -84,6 +94,15 @@ struct BoundaryFace
   std::array<int, 4> nodes = {{-1, -1, -1, -1}}; ///< 2 (2D) or 4 (3D) node numbers
 };
 
+/// A node without freedom of its own: it moves with its masters, u_s = sum_k w_k u_k, and what it carries of force and mass
+/// goes to them with the same weights (hanging node of a locally refined mesh).
+struct SlaveNode
+{
+  int node = -1;
+  std::vector<int> masters; ///< no slaves themselves
+  std::vector<double> weights;
+};
+
 /// Reference geometry, the same on every rank.
 struct Mesh
 {
@@ -92,16 +111,19 @@ struct Mesh
   Eigen::MatrixXi cells;  ///< 2^dim x n_cells node numbers, lexicographic order (x runs fastest)
   std::vector<int> owner; ///< rank that computes a cell
   std::vector<BoundaryFace> boundary;
+  std::vector<SlaveNode> slaves;            ///< by rising node number
+  std::vector<std::vector<int>> neighbours; ///< of every cell: the cells that share a face or a part of it
 
   int n_cells() const { return static_cast<int>(cells.cols()); }
   int n_nodes() const { return static_cast<int>(nodes.cols()); }
 };
 
-/// A point of the reference configuration seen by its cell: u(X) = sum_a N_a u_a, grad u = sum_a u_a (x) dN_a.
+/// A point of the reference configuration seen by its cell: u(X) = sum_a N_a u_a, grad u = sum_a u_a (x) dN_a. The nodes are
+/// those of the cell with their masters in place of slaves, so that mass and forces never meet a slave.
 struct Interpolation
 {
   int cell = -1; ///< -1: outside the mesh
-  int n = 0;     ///< number of nodes, 2^dim
+  int n = 0;     ///< number of nodes, at most 2^dim
   std::array<int, 8> nodes = {};
   std::array<double, 8> N = {};
   Eigen::Matrix<double, 3, 8> dN = Eigen::Matrix<double, 3, 8>::Zero(); ///< gradients in the reference configuration [1/m]

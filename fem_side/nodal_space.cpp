@@ -5,8 +5,10 @@
 
 #include <deal.II/dofs/dof_tools.h>
 #include <deal.II/fe/fe_q.h>
+#include <deal.II/lac/affine_constraints.h>
 
 #include <stdexcept>
+#include <unordered_map>
 
 namespace kerf::fem
 {
@@ -16,11 +18,12 @@ NodalSpace<dim>::NodalSpace(MPI_Comm comm, const MeshSettings &settings)
     dof_handler(*triangulation)
 {
   fill_mesh();
+  find_neighbours();
   dof_handler.distribute_dofs(element);
-  dealii::IndexSet active;
-  dealii::DoFTools::extract_locally_active_dofs(dof_handler, active);
-  partitioner = std::make_shared<Partitioner>(dof_handler.locally_owned_dofs(), active, comm);
   number_nodes();
+  find_hanging_nodes();
+  make_partitioner();
+  number_locally();
 }
 
 template <int dim>
@@ -55,6 +58,24 @@ void NodalSpace<dim>::fill_mesh()
 }
 
 template <int dim>
+void NodalSpace<dim>::find_neighbours()
+{
+  mesh.neighbours.resize(mesh.n_cells());
+  for (const auto &cell : triangulation->active_cell_iterators())
+  {
+    std::vector<int> &neighbours = mesh.neighbours[cell->active_cell_index()];
+    for (const auto face : cell->face_indices())
+      if (cell->at_boundary(face))
+        continue;
+      else if (cell->neighbor(face)->is_active())
+        neighbours.push_back(cell->neighbor(face)->active_cell_index());
+      else
+        for (unsigned int part = 0; part < cell->face(face)->n_children(); ++part)
+          neighbours.push_back(cell->neighbor_child_on_subface(face, part)->active_cell_index());
+  }
+}
+
+template <int dim>
 void NodalSpace<dim>::number_nodes()
 {
   first_dofs.assign(mesh.n_nodes(), dealii::numbers::invalid_dof_index);
@@ -66,7 +87,51 @@ void NodalSpace<dim>::number_nodes()
         if (cell->vertex_dof_index(a, c) != cell->vertex_dof_index(a, 0) + c)
           throw std::logic_error("the components of a node are not numbered consecutively");
     }
+}
 
+template <int dim>
+void NodalSpace<dim>::find_hanging_nodes()
+{
+  slave_of.assign(mesh.n_nodes(), -1);
+  if (!triangulation->has_hanging_nodes())
+    return;
+  dealii::AffineConstraints<double> constraints;
+  dealii::DoFTools::make_hanging_node_constraints(dof_handler, constraints);
+  constraints.close();
+  std::unordered_map<dealii::types::global_dof_index, int> node_of;
+  for (int node = 0; node < mesh.n_nodes(); ++node)
+    node_of[first_dofs[node]] = node;
+  for (int node = 0; node < mesh.n_nodes(); ++node)
+    if (constraints.is_constrained(first_dofs[node]))
+    {
+      SlaveNode slave;
+      slave.node = node;
+      for (const auto &[dof, weight] : *constraints.get_constraint_entries(first_dofs[node]))
+      {
+        slave.masters.push_back(node_of.at(dof));
+        slave.weights.push_back(weight);
+      }
+      slave_of[node] = static_cast<int>(mesh.slaves.size());
+      mesh.slaves.push_back(slave);
+    }
+}
+
+template <int dim>
+void NodalSpace<dim>::make_partitioner()
+{
+  dealii::IndexSet local;
+  dealii::DoFTools::extract_locally_active_dofs(dof_handler, local);
+  const dealii::IndexSet active = local;
+  for (const SlaveNode &slave : mesh.slaves)
+    if (active.is_element(first_dofs[slave.node]))
+      for (const int master : slave.masters)
+        local.add_range(first_dofs[master], first_dofs[master] + dim);
+  partitioner = std::make_shared<Partitioner>(dof_handler.locally_owned_dofs(), local, comm);
+}
+
+template <int dim>
+void NodalSpace<dim>::number_locally()
+{
   owned_nodes.resize(partitioner->locally_owned_size() / dim);
   for (int i = 0; i < mesh.n_nodes(); ++i)
     if (owns(i))
@@ -75,6 +140,56 @@ void NodalSpace<dim>::number_nodes()
   for (std::size_t c = 0; c < owned_cells.size(); ++c)
     for (int a = 0; a < n; ++a)
       owned_cell_dofs[c][a] = local_dof(mesh.cells(a, owned_cells[c]));
+
+  for (const SlaveNode &slave : mesh.slaves)
+    if (owns(slave.node) || partitioner->ghost_indices().is_element(first_dofs[slave.node]))
+    {
+      LocalSlave local;
+      local.dof = local_dof(slave.node);
+      for (std::size_t k = 0; k < slave.masters.size(); ++k)
+        local.masters.emplace_back(local_dof(slave.masters[k]), slave.weights[k]);
+      local_slaves.push_back(local);
+    }
+}
+
+template <int dim>
+void NodalSpace<dim>::update_copies(NodalVector &values) const
+{
+  values.update_ghost_values();
+  double *v = values.begin();
+  for (const LocalSlave &slave : local_slaves)
+    for (int c = 0; c < dim; ++c)
+    {
+      double value = 0.;
+      for (const auto &[master, weight] : slave.masters)
+        value += weight * v[master + c];
+      v[slave.dof + c] = value;
+    }
+}
+
+template <int dim>
+void NodalSpace<dim>::sum_up(NodalVector &values) const
+{
+  double *v = values.begin();
+  for (const LocalSlave &slave : local_slaves)
+    for (int c = 0; c < dim; ++c)
+    {
+      for (const auto &[master, weight] : slave.masters)
+        v[master + c] += weight * v[slave.dof + c];
+      v[slave.dof + c] = 0.;
+    }
+  values.compress(dealii::VectorOperation::add);
+}
+
+template <int dim>
+void NodalSpace<dim>::interpolate_slaves(Eigen::Matrix3Xd &values) const
+{
+  for (const SlaveNode &slave : mesh.slaves)
+  {
+    values.col(slave.node).setZero();
+    for (std::size_t k = 0; k < slave.masters.size(); ++k)
+      values.col(slave.node) += slave.weights[k] * values.col(slave.masters[k]);
+  }
 }
 
 template class NodalSpace<2>;

@@ -49,7 +49,7 @@ template <int dim>
 CellStress ExplicitSolver<dim>::cell_stress() const
 {
   NodalVector u = displacement;
-  u.update_ghost_values();
+  space.update_copies(u);
   const auto D = q1::shape_derivatives<dim>(q1::Point<dim>::Zero());
   CellStress result;
   result.sigma.resize(6, kernel.n_cells());
@@ -77,11 +77,11 @@ double ExplicitSolver<dim>::stable_step() const
   {
     for (int i = 0; i < n_dofs; ++i)
       u.local_element(i) = scale[i] * x[i];
-    u.update_ghost_values();
+    space.update_copies(u);
     f = 0.;
     f.zero_out_ghost_values();
     kernel.subtract_linear_forces(u.begin(), f.begin());
-    f.compress(dealii::VectorOperation::add);
+    space.sum_up(f);
     for (int i = 0; i < n_dofs; ++i)
       y[i] = -scale[i] * f.local_element(i);
   };
@@ -100,8 +100,8 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
                                     const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const
 {
   NodalVector u = displacement, v = velocity;
-  u.update_ghost_values();
-  v.update_ghost_values();
+  space.update_copies(u);
+  space.update_copies(v);
   const int n_cells = space.mesh.n_cells();
   VtuContent content{u, v, std::vector<bool>(n_cells, false), {}};
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 kerf_test(fem_unit LABEL fem RANKS 2
-  SOURCES unit/fem_law.cpp unit/fem_mesh.cpp unit/fem_forces.cpp unit/fem_boundary.cpp unit/fem_exchange.cpp unit/fem_output.cpp
+  SOURCES unit/fem_law.cpp unit/fem_mesh.cpp unit/fem_hanging.cpp unit/fem_forces.cpp unit/fem_boundary.cpp unit/fem_exchange.cpp unit/fem_output.cpp
   LIBRARIES kerf_fem)
 kerf_test(fem_verification LABEL fem RANKS 2
   SOURCES verification/fem_waves.cpp verification/fem_stability.cpp
