@@ -11,13 +11,25 @@ template <int dim>
 ExplicitSolver<dim>::ExplicitSolver(const Settings &given)
   : settings(given), law{given.material.lame_lambda(), given.material.lame_mu()}, space(given.comm, given.mesh), locator(space),
     kernel(law), prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)),
-    surface(space, settings.surface_spacing), absorbing(settings.material, settings.boundary_conditions)
+    surface(space, settings.surface_spacing), absorbing(space.mesh, settings.material, settings.boundary_conditions),
+    loads(space.mesh, settings, initial_state(settings).first_piola)
 {
   for (NodalVector *v : {&displacement, &velocity, &force, &mass})
     v->reinit(space.partitioner);
   compute_quadrature_points();
   set_weights(Eigen::VectorXd::Ones(points.cols()));
   set_window({});
+  if (settings.initial_stress.norm() > 0.)
+    set_initial_state(initial_state(settings).gradient);
+}
+
+template <int dim>
+void ExplicitSolver<dim>::set_initial_state(const Eigen::Matrix3d &gradient)
+{
+  const Eigen::Matrix3Xd &X = space.mesh.nodes;
+  Eigen::Vector3d anchor = 0.5 * (X.rowwise().minCoeff() + X.rowwise().maxCoeff());
+  anchor[1] = X.row(1).maxCoeff();
+  set_state(gradient * (X.colwise() - anchor), Eigen::Matrix3Xd::Zero(3, X.cols()));
 }
 
 template <int dim>
@@ -43,6 +55,7 @@ void ExplicitSolver<dim>::set_weights(const Eigen::VectorXd &weights)
   stop_massless_nodes();
   surface.set_weights(alpha);
   absorbing.assemble(space, surface, prescribed, mass);
+  loads.assemble(space, surface, mass);
   forces_are_current = false;
 }
 
@@ -120,6 +133,8 @@ void ExplicitSolver<dim>::begin_step(const double dt, const double time)
     boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
   }
   absorbed_energy += absorbing.energy_of_begin(dt, v);
+  boundary_work += 0.5 * dt * loads.power(now, v);
+  now = time;
   for (int i = 0; i < n_dofs; ++i)
     u[i] += dt * v[i];
 }
@@ -133,6 +148,7 @@ void ExplicitSolver<dim>::compute_forces()
   force.zero_out_ghost_values();
   kernel.subtract_internal_forces(displacement.begin(), force.begin());
   space.sum_up(force);
+  loads.add_forces(now, force.begin());
   forces_are_current = true;
 }
 
@@ -145,6 +161,7 @@ void ExplicitSolver<dim>::end_step(const double dt, const double time)
   // Work of the velocity boundaries: what their nodes gain in kinetic energy and pass on to the rest (trapezoidal rule).
   for (const PrescribedDof &dof : prescribed)
     boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
+  boundary_work += 0.5 * dt * loads.power(time, v);
   absorbing.keep_half_step_velocity(v);
   for (int i = 0; i < space.n_owned_dofs(); ++i)
     v[i] += 0.5 * dt * inverse_mass[i] * f[i];

@@ -62,18 +62,26 @@ enum class BoundaryKind
   fixed,    ///< all displacement components held
   roller,   ///< normal displacement held; faces must be parallel to the axes
   velocity, ///< all velocity components prescribed, reached by a smooth ramp
-  absorbing ///< viscous (Lysmer-Kuhlemeyer 1969): traction -rho (c_p v_n + c_s v_t)
+  traction, ///< given traction per reference area, reached by a smooth ramp
+  in_situ,  ///< traction that holds the initial stress, from the start
+  absorbing ///< viscous (Lysmer-Kuhlemeyer 1969): traction -rho (c_p v_n + c_s v_t), and that of kind in_situ
 };
+
+/// 0 before time zero, then a half cosine up to 1 within @p ramp [s].
+double smooth_start(double time, double ramp);
 
 struct BoundaryCondition
 {
-  int id = 0; ///< boundary id; box: 0 left, 1 right, 2 bottom, 3 top (3D: 4 back, 5 front); disc: 0 rim (3D: 4, 5)
+  int id = 0;        ///< boundary id; box: 0 left, 1 right, 2 bottom, 3 top (3D: 4 back, 5 front); disc: 0 rim (3D: 4, 5)
+  std::string where; ///< instead of the id: expression of x, y, z [m] that the centres of the faces fulfil, e.g. "y < 1e-6"
   BoundaryKind kind = BoundaryKind::free;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< [m/s], kind velocity only
+  Eigen::Vector3d traction = Eigen::Vector3d::Zero(); ///< [Pa], kind traction only
   double ramp = 0.;                                   ///< duration of the smooth (half cosine) start [s]
 
   /// Prescribed velocity at @p time [s].
   Eigen::Vector3d velocity_at(double time) const;
+  std::string name() const; ///< the id or the expression, for a person
 };
 
 struct Settings
@@ -82,7 +90,12 @@ struct Settings
   int dim = 2;
   MeshSettings mesh;
   Material material;
-  std::vector<BoundaryCondition> boundary_conditions; ///< ids without an entry are free
+  std::vector<BoundaryCondition> boundary_conditions; ///< faces without an entry are free
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< [m/s^2]
+  double gravity_ramp = 0.;                           ///< duration of its smooth start [s]
+  /// Cauchy stress in the body at the start [Pa], tension positive; the body starts deformed by initial_state(), in two
+  /// dimensions with the out-of-plane stress of plane strain.
+  Eigen::Matrix3d initial_stress = Eigen::Matrix3d::Zero();
   double surface_spacing = 0.; ///< largest distance of surface_points() [m]; 0: Gauss points of the faces
 };
 
@@ -156,7 +169,7 @@ struct Energies
 {
   double kinetic = 0.;  ///< weighted [J]
   double elastic = 0.;  ///< weighted [J]
-  double boundary = 0.; ///< work done on the rock by velocity boundaries since the start [J]
+  double boundary = 0.; ///< work done on the rock by velocity boundaries, tractions and gravity since the start [J]
   double absorbed = 0.; ///< taken away by absorbing boundaries since the start [J]
 };
 
@@ -220,6 +233,20 @@ public:
   virtual void write_vtu(const std::string &path,
                          const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const = 0;
 };
+
+/// Faces that a condition selects, one flag for each of mesh.boundary. Throws std::runtime_error with one line when there is
+/// none or the expression cannot be understood.
+std::vector<char> selected_faces(const Mesh &mesh, const BoundaryCondition &condition);
+
+/// The homogeneous deformation that carries Settings::initial_stress: u = gradient (X - anchor), the anchor being the middle of
+/// the mesh's top side (largest y), where tools come from.
+struct InitialState
+{
+  Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();    ///< du/dX, symmetric [-]
+  Eigen::Matrix3d first_piola = Eigen::Matrix3d::Zero(); ///< its traction on a face is first_piola times the outer normal [Pa]
+};
+/// Throws std::runtime_error with one line when the material cannot carry the stress.
+InitialState initial_state(const Settings &settings);
 
 /// Builds the mesh and the solver. Throws std::runtime_error with one line on a mesh that cannot be used.
 std::unique_ptr<FemSide> make_fem_side(const Settings &settings);

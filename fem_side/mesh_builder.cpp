@@ -186,7 +186,8 @@ void check_cells(const dealii::Triangulation<dim> &triangulation)
       if (!(J.determinant() > 0.))
       {
         std::ostringstream message;
-        message << "mesh: the cell at (" << X.rowwise().mean().transpose().format({6, Eigen::DontAlignCols, ", "})
+        message << "mesh: the cell at ("
+                << (X * q1::shape_values<dim>(q1::Point<dim>::Zero())).transpose().format({6, Eigen::DontAlignCols, ", "})
                 << ") m is not convex or turned inside out";
         throw std::runtime_error(message.str());
       }

@@ -2,6 +2,7 @@
 // What the solver computes on demand: stresses, stable step, output.
 #include "fem_side/explicit_solver.h"
 #include "fem_side/largest_eigenvalue.h"
+#include "fem_side/stress_recovery.h"
 #include "fem_side/vtu_output.h"
 
 #include <Eigen/Dense>
@@ -103,7 +104,7 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
   space.update_copies(u);
   space.update_copies(v);
   const int n_cells = space.mesh.n_cells();
-  VtuContent content{u, v, std::vector<bool>(n_cells, false), {}};
+  VtuContent content{u, v, std::vector<bool>(n_cells, false), {}, {}};
 
   dealii::Vector<double> mean_alpha(n_cells);
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
@@ -123,6 +124,7 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
   }
   for (const int cell : stress.cell)
     content.written[cell] = true;
+  content.smooth_stress = recover_stress(space.mesh, stress, space.comm);
 
   for (const auto &[name, values] : cell_fields)
   {
