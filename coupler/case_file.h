@@ -59,6 +59,8 @@ struct Case
   double compressive_strength = 0.; ///< f_c [Pa], likewise
 
   fem::MeshSettings mesh;
+  fem::Strain strain = fem::Strain::finite;
+  fem::Integration integration = fem::Integration::full;
   std::vector<fem::BoundaryCondition> boundary_conditions;
 
   std::string packing_file;         ///< absolute

@@ -98,6 +98,15 @@ const std::vector<Parameter> &parameter_table()
     entry("Mesh", "Growth ratio", "1.2", between(1., 3.), "-", "ratio of neighbouring cell sizes outside the fine zone", ""),
     entry("Mesh", "Largest cell size", "0", not_negative(), "m", "upper bound of the graded size; 0: none", ""),
 
+    entry("Finite elements", "Strain", "finite", one_of("finite|small"), "-",
+          "finite: Green's strain, any rotation; small: linear and cheaper, for rotations and strains far below one",
+          "St. Venant-Kirchhoff; Hooke"),
+    entry(
+      "Finite elements", "Integration", "full", one_of("full|selective|one_point"), "-",
+      "full: all Gauss points; selective: the same with the cell's mean volumetric strain (B-bar), for nearly incompressible "
+      "rock; one_point: mean gradient with elastic hourglass control, cheapest and good in bending",
+      "Hughes 1980; Flanagan & Belytschko 1981, Belytschko & Bindeman 1993"),
+
     entry("Boundary", "Conditions", "left: roller; right: roller; bottom: fixed", text(), "-",
           "list 'id: kind' separated by ';'. id: number, or left, right, bottom, top (3D: back, front) of the box. kind: free, "
           "fixed, roller, absorbing, velocity VX VY [VZ] ramp T [m/s, s]. Particles next to a boundary follow it too",

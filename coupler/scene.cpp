@@ -139,6 +139,8 @@ std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
   fem_settings.dim = settings.dim();
   fem_settings.mesh = settings.mesh;
   fem_settings.material = settings.rock;
+  fem_settings.strain = settings.strain;
+  fem_settings.integration = settings.integration;
   fem_settings.boundary_conditions = settings.boundary_conditions;
   // As fine as the particles, or a round tool would sink between two contact points before it is felt.
   fem_settings.surface_spacing = 0.25 * settings.packing.mean_diameter;

@@ -33,6 +33,21 @@ struct MeshSettings
   double largest_cell_size = 0.;                        ///< upper bound of the graded size [m]; 0: none
 };
 
+/// Measure of the strain.
+enum class Strain
+{
+  finite, ///< Green's strain (total Lagrangian, St. Venant-Kirchhoff): any displacement and rotation
+  small   ///< linear, cheaper: rotations and strains far below one
+};
+
+/// How stresses are integrated over a cell.
+enum class Integration
+{
+  full,      ///< Gauss points, 2 a direction
+  selective, ///< the same with the cell's mean volumetric strain (B-bar): does not lock when nearly incompressible
+  one_point  ///< mean gradient and elastic hourglass control: cheapest, bends without locking
+};
+
 /// Isotropic linear-elastic rock (St. Venant-Kirchhoff in finite strain).
 struct Material
 {
@@ -72,6 +87,8 @@ struct Settings
   int dim = 2;
   MeshSettings mesh;
   Material material;
+  Strain strain = Strain::finite;
+  Integration integration = Integration::full;
   std::vector<BoundaryCondition> boundary_conditions; ///< ids without an entry are free
   double surface_spacing = 0.; ///< largest distance of surface_points() [m]; 0: Gauss points of the faces
 };
