@@ -134,11 +134,18 @@ struct BatchList
   {
     for (const Batch &batch : batches)
     {
+      prefetch(&batch + 2);
       Lanes c[q1::n_nodes<dim>][dim], r[q1::n_nodes<dim>][dim] = {};
       read_monomials<dim>(u, batch.nodes, c);
       forces(batch.geometry, c, r);
       add_monomials<dim>(r, batch.nodes, f);
     }
+  }
+  /// Asks for a batch in time; places behind the last one do no harm.
+  static void prefetch(const Batch *batch)
+  {
+    for (std::size_t byte = 0; byte < sizeof(Batch); byte += 64)
+      __builtin_prefetch(reinterpret_cast<const char *>(batch) + byte);
   }
   /// Sum of @p energy(geometry, c).
   template <typename Energy>

@@ -24,7 +24,7 @@ template <int dim>
 using Tensor = Lanes[dim][dim];
 
 template <int dim>
-inline Lanes dot(const Lanes (&a)[dim], const Lanes (&b)[dim])
+[[gnu::always_inline]] inline Lanes dot(const Lanes (&a)[dim], const Lanes (&b)[dim])
 {
   Lanes sum = a[0] * b[0];
 #pragma GCC unroll 8
@@ -34,14 +34,14 @@ inline Lanes dot(const Lanes (&a)[dim], const Lanes (&b)[dim])
 }
 
 template <int dim>
-inline void add(Lanes (&to)[dim], const Lanes &factor, const Lanes (&v)[dim])
+[[gnu::always_inline]] inline void add(Lanes (&to)[dim], const Lanes &factor, const Lanes (&v)[dim])
 {
 #pragma GCC unroll 8
   for (int i = 0; i < dim; ++i)
     to[i] += factor * v[i];
 }
 
-inline void add_cross(Lanes (&to)[3], const Lanes (&a)[3], const Lanes (&b)[3])
+[[gnu::always_inline]] inline void add_cross(Lanes (&to)[3], const Lanes (&a)[3], const Lanes (&b)[3])
 {
 #pragma GCC unroll 8
   for (int i = 0; i < 3; ++i)
@@ -50,7 +50,7 @@ inline void add_cross(Lanes (&to)[3], const Lanes (&a)[3], const Lanes (&b)[3])
 
 /// The mean over the Gauss points of the Jacobian's determinant and of its derivatives, which are the mean gradient times the
 /// determinant: products of monomials that do not vanish in the mean. The monomial of all three directions has none.
-inline Lanes mean_gradient(const Lanes (&x)[4][2], Lanes (&B)[4][2])
+[[gnu::always_inline]] inline Lanes mean_gradient(const Lanes (&x)[4][2], Lanes (&B)[4][2])
 {
   B[1][0] = x[2][1];
   B[1][1] = -x[2][0];
@@ -58,7 +58,7 @@ inline Lanes mean_gradient(const Lanes (&x)[4][2], Lanes (&B)[4][2])
   B[2][1] = x[1][0];
   return dot<2>(x[1], B[1]);
 }
-inline Lanes mean_gradient(const Lanes (&x)[8][3], Lanes (&B)[8][3])
+[[gnu::always_inline]] inline Lanes mean_gradient(const Lanes (&x)[8][3], Lanes (&B)[8][3])
 {
   add_cross(B[3], x[2], x[6]);
   add_cross(B[5], x[6], x[4]);
@@ -87,7 +87,7 @@ public:
   Lanes weight; ///< sum of alpha JxW
 
   template <typename Geometry>
-  explicit ShapedCell(const Geometry &geometry)
+  [[gnu::always_inline]] explicit ShapedCell(const Geometry &geometry)
   {
 #pragma GCC unroll 8
     for (int m = 1; m < n; ++m)
@@ -115,7 +115,7 @@ public:
     }
   }
 
-  void split(const Lanes (&c)[n][dim], Tensor<dim> &H, Hourglass<dim> &q) const
+  [[gnu::always_inline]] void split(const Lanes (&c)[n][dim], Tensor<dim> &H, Hourglass<dim> &q) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
@@ -142,7 +142,8 @@ public:
 
   /// Forces s and energy of the amplitudes q; adds to P what depends on H by the deformed edges.
   template <typename Law>
-  Lanes hourglass(const Law &law, const Tensor<dim> &H, const Hourglass<dim> &q, Hourglass<dim> &s, Tensor<dim> &P) const
+  [[gnu::always_inline]] Lanes hourglass(const Law &law, const Tensor<dim> &H, const Hourglass<dim> &q, Hourglass<dim> &s,
+                                         Tensor<dim> &P) const
   {
     Lanes edge[dim][dim], on_edge[dim][dim] = {}, length_squared[dim];
 #pragma GCC unroll 8
@@ -216,7 +217,7 @@ public:
     return energy;
   }
 
-  void add_forces(const Tensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
+  [[gnu::always_inline]] void add_forces(const Tensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
@@ -255,14 +256,14 @@ public:
   Lanes weight;
 
   template <typename Geometry>
-  explicit BoxCell(const Geometry &geometry) : weight(geometry.weight)
+  [[gnu::always_inline]] explicit BoxCell(const Geometry &geometry) : weight(geometry.weight)
   {
 #pragma GCC unroll 8
     for (int d = 0; d < dim; ++d)
       mapping[d] = geometry.mapping[d];
   }
 
-  void split(const Lanes (&c)[n][dim], Tensor<dim> &H, Hourglass<dim> &q) const
+  [[gnu::always_inline]] void split(const Lanes (&c)[n][dim], Tensor<dim> &H, Hourglass<dim> &q) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
@@ -277,7 +278,8 @@ public:
   }
 
   template <typename Law>
-  Lanes hourglass(const Law &law, const Tensor<dim> &H, const Hourglass<dim> &q, Hourglass<dim> &s, Tensor<dim> &P) const
+  [[gnu::always_inline]] Lanes hourglass(const Law &law, const Tensor<dim> &H, const Hourglass<dim> &q, Hourglass<dim> &s,
+                                         Tensor<dim> &P) const
   {
     const double lambda = law.sheet_lambda(), mu = law.mu;
     Hourglass<dim> p, r = {};
@@ -324,7 +326,7 @@ public:
     return energy;
   }
 
-  void add_forces(const Tensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
+  [[gnu::always_inline]] void add_forces(const Tensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
@@ -343,8 +345,8 @@ private:
 };
 
 template <typename Cell, int dim, typename Law>
-inline void forces_of_cell(const Law &law, const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim],
-                           Lanes (&f)[q1::n_nodes<dim>][dim])
+[[gnu::always_inline]] inline void forces_of_cell(const Law &law, const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim],
+                                                  Lanes (&f)[q1::n_nodes<dim>][dim])
 {
   Tensor<dim> H, P;
   Hourglass<dim> q, s = {};
@@ -355,7 +357,7 @@ inline void forces_of_cell(const Law &law, const Cell &cell, const Lanes (&c)[q1
 }
 
 template <typename Cell, int dim, typename Law>
-inline Lanes energy_of_cell(const Law &law, const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim])
+[[gnu::always_inline]] inline Lanes energy_of_cell(const Law &law, const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim])
 {
   Tensor<dim> H, P = {};
   Hourglass<dim> q, s = {};

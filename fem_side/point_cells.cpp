@@ -13,7 +13,7 @@ template <int dim>
 using Derivatives = Lanes[dim][dim][q1::n_nodes<dim> / 2];
 
 template <int dim>
-inline void evaluate(const Lanes (&c)[q1::n_nodes<dim>][dim], Derivatives<dim> &D)
+[[gnu::always_inline]] inline void evaluate(const Lanes (&c)[q1::n_nodes<dim>][dim], Derivatives<dim> &D)
 {
   constexpr int n_rest = q1::n_nodes<dim> / 2;
 #pragma GCC unroll 8
@@ -39,7 +39,7 @@ inline void evaluate(const Lanes (&c)[q1::n_nodes<dim>][dim], Derivatives<dim> &
 
 /// The transpose of evaluate(); overwrites @p T.
 template <int dim>
-inline void integrate(Derivatives<dim> &T, Lanes (&f)[q1::n_nodes<dim>][dim])
+[[gnu::always_inline]] inline void integrate(Derivatives<dim> &T, Lanes (&f)[q1::n_nodes<dim>][dim])
 {
   constexpr int n_rest = q1::n_nodes<dim> / 2;
 #pragma GCC unroll 8
@@ -70,7 +70,7 @@ struct MappedPoint
   Lanes mapping[dim][dim]; ///< 2^-dim dxi_d/dX_j
   Lanes weight;
 
-  void gradient(const Derivatives<dim> &D, const int q, Lanes (&H)[dim][dim]) const
+  [[gnu::always_inline]] void gradient(const Derivatives<dim> &D, const int q, Lanes (&H)[dim][dim]) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
@@ -84,7 +84,7 @@ struct MappedPoint
       }
   }
   /// The transpose of gradient(), added.
-  void add_stress(const Lanes (&P)[dim][dim], const int q, Derivatives<dim> &T) const
+  [[gnu::always_inline]] void add_stress(const Lanes (&P)[dim][dim], const int q, Derivatives<dim> &T) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
@@ -106,7 +106,7 @@ struct BoxPoint
   Lanes mapping[dim];
   Lanes weight;
 
-  void gradient(const Derivatives<dim> &D, const int q, Lanes (&H)[dim][dim]) const
+  [[gnu::always_inline]] void gradient(const Derivatives<dim> &D, const int q, Lanes (&H)[dim][dim]) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
@@ -114,7 +114,7 @@ struct BoxPoint
       for (int j = 0; j < dim; ++j)
         H[i][j] = D[i][j][without_bit(q, j)] * mapping[j];
   }
-  void add_stress(const Lanes (&P)[dim][dim], const int q, Derivatives<dim> &T) const
+  [[gnu::always_inline]] void add_stress(const Lanes (&P)[dim][dim], const int q, Derivatives<dim> &T) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
@@ -124,12 +124,12 @@ struct BoxPoint
   }
 };
 
-inline const Lanes &weight_at(const Lanes &weight, int)
+[[gnu::always_inline]] inline const Lanes &weight_at(const Lanes &weight, int)
 {
   return weight;
 }
 template <std::size_t n>
-inline const Lanes &weight_at(const Lanes (&weight)[n], const int q)
+[[gnu::always_inline]] inline const Lanes &weight_at(const Lanes (&weight)[n], const int q)
 {
   return weight[q];
 }
@@ -139,9 +139,12 @@ template <int dim, typename Geometry, typename = void>
 class Points
 {
 public:
-  explicit Points(const Geometry &geometry) : geometry(geometry) { evaluate<dim>(geometry.positions.x, J); }
+  [[gnu::always_inline]] explicit Points(const Geometry &geometry) : geometry(geometry)
+  {
+    evaluate<dim>(geometry.positions.x, J);
+  }
 
-  MappedPoint<dim> operator[](const int q) const
+  [[gnu::always_inline]] MappedPoint<dim> operator[](const int q) const
   {
     MappedPoint<dim> point;
     const auto column = [&](const int d, const int j) { return J[j][d][without_bit(q, d)]; };
@@ -184,9 +187,9 @@ template <int dim, typename Geometry>
 class Points<dim, Geometry, std::void_t<decltype(Geometry::mapping)>>
 {
 public:
-  explicit Points(const Geometry &geometry) : geometry(geometry) {}
+  [[gnu::always_inline]] explicit Points(const Geometry &geometry) : geometry(geometry) {}
 
-  BoxPoint<dim> operator[](const int q) const
+  [[gnu::always_inline]] BoxPoint<dim> operator[](const int q) const
   {
     BoxPoint<dim> point;
 #pragma GCC unroll 8
@@ -202,8 +205,8 @@ private:
 
 /// Weighted mean of tr E over the cell, and the sum of the weights.
 template <int dim, typename Law, typename Geometry>
-inline Lanes mean_of_dilatation(const Law &, const Points<dim, Geometry> &points, const Derivatives<dim> &D,
-                                Lanes &total_weight)
+[[gnu::always_inline]] inline Lanes mean_of_dilatation(const Law &, const Points<dim, Geometry> &points,
+                                                       const Derivatives<dim> &D, Lanes &total_weight)
 {
   Lanes sum = {};
   total_weight = sum;
@@ -221,8 +224,8 @@ inline Lanes mean_of_dilatation(const Law &, const Points<dim, Geometry> &points
 }
 
 template <int dim, bool mean_dilatation, typename Law, typename Geometry>
-inline void forces_of_points(const Law &law, const Geometry &geometry, const Lanes (&c)[q1::n_nodes<dim>][dim],
-                             Lanes (&f)[q1::n_nodes<dim>][dim])
+[[gnu::always_inline]] inline void forces_of_points(const Law &law, const Geometry &geometry,
+                                                    const Lanes (&c)[q1::n_nodes<dim>][dim], Lanes (&f)[q1::n_nodes<dim>][dim])
 {
   Derivatives<dim> D, T = {};
   evaluate<dim>(c, D);
@@ -258,8 +261,9 @@ inline void forces_of_points(const Law &law, const Geometry &geometry, const Lan
 /// Hooke's law where mapping and weight are constant: products of different monomials vanish in the sum over Gauss points, so
 /// the sum runs over the 2^dim - 1 monomials of the strain instead, of which most have few components. Adds the same forces.
 template <int dim, bool mean_dilatation, typename Geometry>
-inline void forces_of_monomials(const LinearisedLaw &law, const Geometry &geometry, const Lanes (&c)[q1::n_nodes<dim>][dim],
-                                Lanes (&f)[q1::n_nodes<dim>][dim])
+[[gnu::always_inline]] inline void forces_of_monomials(const LinearisedLaw &law, const Geometry &geometry,
+                                                       const Lanes (&c)[q1::n_nodes<dim>][dim],
+                                                       Lanes (&f)[q1::n_nodes<dim>][dim])
 {
   constexpr int n = q1::n_nodes<dim>;
   const Lanes weight = static_cast<double>(n) * geometry.weight;
@@ -300,7 +304,8 @@ inline void forces_of_monomials(const LinearisedLaw &law, const Geometry &geomet
 }
 
 template <int dim, bool mean_dilatation, typename Law, typename Geometry>
-inline Lanes energy_of_points(const Law &law, const Geometry &geometry, const Lanes (&c)[q1::n_nodes<dim>][dim])
+[[gnu::always_inline]] inline Lanes energy_of_points(const Law &law, const Geometry &geometry,
+                                                     const Lanes (&c)[q1::n_nodes<dim>][dim])
 {
   Derivatives<dim> D;
   evaluate<dim>(c, D);
