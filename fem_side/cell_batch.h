@@ -9,8 +9,9 @@
 namespace kerf::fem
 {
 /// A batch is as many cells as there are lanes. Inside a batch a field is given by its coefficients c_m of the monomials,
-/// scaled so that its derivative along xi_d is the sum of +-c_m at every Gauss point: coefficient m is 2^dim gauss^(|m| - 1)
-/// times that of the monomial, |m| the number of its factors. Mappings to derivatives along x carry the factor 2^-dim.
+/// scaled so that 2^dim times its derivative along xi_d is the sum of +-c_m at every Gauss point: coefficient m is 2^dim
+/// gauss^(|m| - 1) times that of the monomial, |m| the number of its factors. Positions are given alike, so that 2^dim cancels
+/// in gradients.
 constexpr double monomial_scale(const int mask)
 {
   double scale = 1.;
