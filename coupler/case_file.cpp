@@ -374,6 +374,12 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
     reader.fail("Mesh", "Upper corner",
                 std::string("must be larger than the lower corner in ") + (dim == 2 ? "x and y" : "x, y and z"));
 
+  result.strain = choose<fem::Strain>(reader.text("Finite elements", "Strain"),
+                                      {{"finite", fem::Strain::finite}, {"small", fem::Strain::small}});
+  result.integration = choose<fem::Integration>(
+    reader.text("Finite elements", "Integration"),
+    {{"full", fem::Integration::full}, {"selective", fem::Integration::selective}, {"one_point", fem::Integration::one_point}});
+
   for (const std::string &item : split(reader.text("Boundary", "Conditions"), ';'))
     result.boundary_conditions.push_back(boundary_condition(reader, item, dim));
   result.gravity = reader.point("Loads", "Gravity");

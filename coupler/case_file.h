@@ -60,6 +60,8 @@ struct Case
   double compressive_strength = 0.; ///< f_c [Pa], likewise
 
   fem::MeshSettings mesh;
+  fem::Strain strain = fem::Strain::finite;
+  fem::Integration integration = fem::Integration::full;
   std::vector<fem::BoundaryCondition> boundary_conditions;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();        ///< [m/s^2]
   double gravity_ramp = 0.;                                 ///< [s]

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <unordered_map>
 
@@ -44,6 +45,16 @@ double smallest_edge(const fem::Mesh &mesh)
     for (int c = 0; c < mesh.dim; ++c) // lexicographic: the neighbours of corner 0 are 1, 2 and 4
       smallest = std::min(smallest, (mesh.nodes.col(mesh.cells(1 << c, cell)) - mesh.nodes.col(mesh.cells(0, cell))).norm());
   return smallest;
+}
+
+/// Stable step when the tool's spring touches the mesh: 2 k_s/(rho h) of a surface node (area a, lumped mass rho a h/2),
+/// whatever the cell's shape.
+double with_tool_on_surface(const double step, const Case &settings, const fem::Mesh &mesh)
+{
+  if (!settings.tool.present())
+    return step;
+  const double k = settings.tool.stiffness_ratio * settings.bond.k_n;
+  return with_spring(step, 2. * k / settings.packing.mean_diameter / (settings.rock.density * smallest_edge(mesh)));
 }
 } // namespace
 
@@ -286,6 +297,12 @@ StableSteps stable_steps(const Case &settings, Mode mode, const fem::FemSide &fe
 {
   StableSteps steps;
   steps.fem = fem.stable_step();
+  if (mode == Mode::fem)
+  {
+    steps.dem = std::numeric_limits<double>::infinity();
+    steps.coupled = steps.fem = with_tool_on_surface(steps.fem, settings, fem.mesh());
+    return steps;
+  }
   const double density = particle_density(settings, packing);
   const double omega = particle_frequency(packing, settings.bond.k_n, settings.bond.k_t, density);
   // Contact damping is a fraction xi of critical for a pair; the highest mode of the pack sees it through more contacts,
@@ -298,16 +315,15 @@ StableSteps stable_steps(const Case &settings, Mode mode, const fem::FemSide &fe
 
   if (settings.tool.present())
   {
-    // The tool's spring adds to the stiffness of what it touches: k/m of the lightest particle, and 2 k_s/(rho h) of a surface
-    // node (area a, lumped mass rho a h/2), whatever the cell's shape.
+    // The tool's spring adds to the stiffness of what it touches: k/m of the lightest particle.
     const double k = settings.tool.stiffness_ratio * settings.bond.k_n;
     const double lightest = density * packing.volume(lightest_particle(packing));
     steps.dem = with_spring(steps.dem, k / lightest);
-    steps.fem = with_spring(steps.fem, 2. * k / packing.mean_diameter / (settings.rock.density * smallest_edge(fem.mesh())));
+    steps.fem = with_tool_on_surface(steps.fem, settings, fem.mesh());
   }
 
   const bool coupled = mode == Mode::adaptive || mode == Mode::fixed;
-  double limit = mode == Mode::fem ? steps.fem : mode == Mode::dem ? steps.dem : std::min(steps.fem, steps.dem);
+  double limit = mode == Mode::dem ? steps.dem : std::min(steps.fem, steps.dem);
   if (coupled && settings.constraint == ConstraintMethod::penalty_mass_scaled)
   {
     if (settings.penalty_ratio >= 2.)

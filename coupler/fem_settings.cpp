@@ -10,6 +10,8 @@ fem::Settings fem_settings(const Case &settings, MPI_Comm comm)
   result.dim = settings.dim();
   result.mesh = settings.mesh;
   result.material = settings.rock;
+  result.strain = settings.strain;
+  result.integration = settings.integration;
   result.boundary_conditions = settings.boundary_conditions;
   result.gravity = settings.gravity;
   result.gravity_ramp = settings.gravity_ramp;

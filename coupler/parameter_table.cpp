@@ -103,6 +103,15 @@ const std::vector<Parameter> &parameter_table()
           "halved n times, cells around it follow with hanging nodes",
           ""),
 
+    entry("Finite elements", "Strain", "finite", one_of("finite|small"), "-",
+          "finite: Green's strain, any rotation; small: linear and cheaper, for rotations and strains far below one",
+          "St. Venant-Kirchhoff; Hooke"),
+    entry(
+      "Finite elements", "Integration", "full", one_of("full|selective|one_point"), "-",
+      "full: all Gauss points; selective: the same with the cell's mean volumetric strain (B-bar), for nearly incompressible "
+      "rock; one_point: mean gradient with elastic hourglass control, cheapest and good in bending",
+      "Hughes 1980; Flanagan & Belytschko 1981, Belytschko & Bindeman 1993"),
+
     entry(
       "Boundary", "Conditions", "left: roller; right: roller; bottom: fixed", text(), "-",
       "list 'where: kind' separated by ';'. where: number of a boundary, or left, right, bottom, top (3D: back, front) of the "

@@ -9,9 +9,10 @@ namespace kerf::fem
 {
 template <int dim>
 ExplicitSolver<dim>::ExplicitSolver(const Settings &given)
-  : settings(given), law{given.material.lame_lambda(), given.material.lame_mu()}, space(given.comm, given.mesh), locator(space),
-    kernel(law), prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)),
-    surface(space, settings.surface_spacing), absorbing(space.mesh, settings.material, settings.boundary_conditions),
+  : settings(given), space(given.comm, given.mesh), locator(space),
+    kernel(settings.material, settings.strain, settings.integration),
+    prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)), surface(space, settings.surface_spacing),
+    absorbing(space.mesh, settings.material, settings.boundary_conditions),
     loads(space.mesh, settings, initial_state(settings).first_piola)
 {
   for (NodalVector *v : {&displacement, &velocity, &force, &mass})
@@ -63,16 +64,20 @@ template <int dim>
 void ExplicitSolver<dim>::build_kernel()
 {
   kernel.clear();
-  std::array<double, n> cell_alpha;
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
     if (is_active(c))
-    {
-      for (int q = 0; q < n; ++q)
-        cell_alpha[q] = alpha[n * c + q];
-      kernel.add_cell(space.owned_cell_dofs[c], space.cell_nodes(space.owned_cells[c]), cell_alpha);
-    }
+      kernel.add_cell(space.owned_cell_dofs[c], space.cell_nodes(space.owned_cells[c]), weights_of(c));
   n_active = kernel.n_cells();
   MPI_Allreduce(MPI_IN_PLACE, &n_active, 1, MPI_INT, MPI_SUM, space.comm);
+}
+
+template <int dim>
+std::array<double, ExplicitSolver<dim>::n> ExplicitSolver<dim>::weights_of(const int owned_cell) const
+{
+  std::array<double, n> result;
+  for (int q = 0; q < n; ++q)
+    result[q] = alpha[n * owned_cell + q];
+  return result;
 }
 
 template <int dim>

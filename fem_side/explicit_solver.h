@@ -15,7 +15,7 @@
 
 namespace kerf::fem
 {
-/// Multilinear elements with full integration and lumped mass, total Lagrangian, central differences.
+/// Multilinear elements with lumped mass, total Lagrangian, central differences.
 template <int dim>
 class ExplicitSolver final : public FemSide
 {
@@ -60,10 +60,12 @@ private:
   void stop_massless_nodes();
   void set_initial_state(const Eigen::Matrix3d &gradient);
   bool is_active(int owned_cell) const { return (alpha.template segment<n>(owned_cell * n).array() > 0.).any(); }
+  std::array<double, n> weights_of(int owned_cell) const;
+  template <typename Law>
+  CellStress stress_of(const Law &law) const;
   double kinetic_energy_of_velocity_boundaries() const;
 
   Settings settings;
-  StVenantKirchhoff law;
   NodalSpace<dim> space;
   PointLocator<dim> locator;
   Eigen::Matrix3Xd points;

@@ -43,6 +43,21 @@ struct MeshSettings
   std::vector<RefinedBox> refined;                      ///< local refinement with hanging nodes, of any mesh
 };
 
+/// Measure of the strain.
+enum class Strain
+{
+  finite, ///< Green's strain (total Lagrangian, St. Venant-Kirchhoff): any displacement and rotation
+  small   ///< linear, cheaper: rotations and strains far below one
+};
+
+/// How stresses are integrated over a cell.
+enum class Integration
+{
+  full,      ///< Gauss points, 2 a direction
+  selective, ///< the same with the cell's mean volumetric strain (B-bar): does not lock when nearly incompressible
+  one_point  ///< mean gradient and elastic hourglass control: cheapest, bends without locking
+};
+
 /// Isotropic linear-elastic rock (St. Venant-Kirchhoff in finite strain).
 struct Material
 {
@@ -90,6 +105,8 @@ struct Settings
   int dim = 2;
   MeshSettings mesh;
   Material material;
+  Strain strain = Strain::finite;
+  Integration integration = Integration::full;
   std::vector<BoundaryCondition> boundary_conditions; ///< faces without an entry are free
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< [m/s^2]
   double gravity_ramp = 0.;                           ///< duration of its smooth start [s]

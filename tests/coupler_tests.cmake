@@ -19,3 +19,7 @@ set_tests_properties(fem_cases PROPERTIES LABELS fem TIMEOUT 900)
 add_test(NAME parameters_page
          COMMAND bash -c "diff <($<TARGET_FILE:kerf> params) ${CMAKE_SOURCE_DIR}/docs/parameters.md")
 set_tests_properties(parameters_page PROPERTIES LABELS project TIMEOUT 60)
+
+# The finite elements alone against an independent program; skipped where it is not installed.
+add_test(NAME calculix COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/verification/calculix.py $<TARGET_FILE:kerf>)
+set_tests_properties(calculix PROPERTIES LABELS fem TIMEOUT 600 SKIP_RETURN_CODE 77)
