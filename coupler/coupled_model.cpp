@@ -89,6 +89,8 @@ void CoupledModel::start()
   fem_side.compute_forces();
   if (!cells.empty())
     convert(cells);
+  if (mode == Mode::dem) // a tool that touches from the start accelerates particles at rest
+    energy_at_start = energies().used();
 }
 
 void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
@@ -262,7 +264,7 @@ EnergyLedger CoupledModel::energies() const
   ledger.finite_step = particles.finite_step;
   ledger.boundary_work = continuum.boundary + sums[2];
   ledger.absorbed = continuum.absorbed - sums[3];
-  ledger.residual = mode == Mode::dem ? ledger.used() - ledger.work() : 0.;
+  ledger.residual = mode == Mode::dem ? ledger.used() - energy_at_start - ledger.work() : 0.;
   return ledger;
 }
 
