@@ -56,7 +56,7 @@ public:
       {
         const bool brazilian = job % 2 == 1;
         const int packing = job / 2;
-        const SpecimenResult result = run(specimen(packing, brazilian), bond);
+        const SpecimenResult result = run(specimen(packing, brazilian, bond));
         if (brazilian)
           values(3, packing) = result.strength;
         else
@@ -90,8 +90,9 @@ public:
   }
 
 private:
-  /// @param packing number of the specimen; its seed is not that of the case's own store
-  Case specimen(int packing, bool brazilian) const
+  /// @param packing number of the specimen; its seed is not that of the case's own store. @param bond stiffnesses are those of
+  /// the case's store, too: it is large enough to tell them.
+  Case specimen(int packing, bool brazilian, const dem::BondParameters &bond) const
   {
     Case result = rock;
     const double d = rock.packing.mean_diameter, width = rock.calibration.specimen_width;
@@ -112,6 +113,8 @@ private:
          << "um_" << std::lround(width / d) << "d_seed" << result.packing.seed << ".h5";
     result.packing_file = name.str();
     result.calibrated_strength = false;
+    result.given_stiffness = true;
+    result.bond = bond;
 
     // Strain at the target at the duration asked for; the ends of a split disc yield several times its mean strain.
     const double speed_p = rock.rock.speed_p();
@@ -130,12 +133,10 @@ private:
     return result;
   }
 
-  SpecimenResult run(const Case &settings, const dem::BondParameters &bond) const
+  SpecimenResult run(const Case &settings) const
   {
     Console silent(false);
     Scene scene = build_scene(settings, Mode::dem, silent, MPI_COMM_SELF);
-    scene.settings.bond = bond;
-    scene.dt = settings.safety * stable_steps(scene.settings, Mode::dem, *scene.fem, scene.packing).coupled;
     CoupledModel model(scene.settings, Mode::dem, *scene.fem, scene.packing, scene.dt, MPI_COMM_SELF);
     model.start();
     const SpecimenGauge gauge(scene.settings, scene.fem->mesh(), scene.packing, MPI_COMM_SELF);

@@ -74,6 +74,7 @@ struct Case
   dem::BondParameters bond; ///< k_n, k_t are filled in from the calibrated store
   double local_damping = 0.;
   bool calibrated_strength = false; ///< R_n, R_t are those of the store
+  bool given_stiffness = false;     ///< bond.k_n, bond.k_t are not those of the store (specimens of a calibration)
 
   struct Calibration
   {

@@ -204,6 +204,8 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
                     throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
 
                   const dem::ElasticCalibration &known = packing.calibration;
+                  if (settings.given_stiffness)
+                    return;
                   if (std::abs(known.target_young - settings.rock.young) > 1e-9 * settings.rock.young ||
                       std::abs(known.target_poisson - settings.rock.poisson) > 1e-12)
                   {
@@ -261,8 +263,11 @@ Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm co
     scene.packing = no_packing(settings, body);
   else
     build_packing(settings, *scene.fem, scene.packing, console, comm);
-  scene.settings.bond.k_n = scene.packing.calibration.k_n;
-  scene.settings.bond.k_t = scene.packing.calibration.k_t;
+  if (!settings.given_stiffness)
+  {
+    scene.settings.bond.k_n = scene.packing.calibration.k_n;
+    scene.settings.bond.k_t = scene.packing.calibration.k_t;
+  }
   if (settings.calibrated_strength && mode != Mode::fem)
     use_calibrated_strength(scene.settings, scene.packing);
 

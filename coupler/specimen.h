@@ -30,6 +30,7 @@ public:
   SpecimenState read(CoupledModel &model, double force) const;
 
 private:
+  double margin(int axis, double share) const;
   bool inside(const Eigen::Vector3d &reference) const;
   double virial_stress(const CoupledModel &model) const;
 

@@ -41,6 +41,13 @@ def last_snapshot(directory):
     return h5py.File(os.path.join(fields, sorted(name for name in os.listdir(fields) if name.startswith("snapshot_"))[-1]))
 
 
+def check_balance(directory):
+    """Energy of a crushing run. Contacts begin and end within steps, which makes 1e-4 to 2e-4; 1e-3 is asked for."""
+    residual, work_in = column(directory, "energy_residual"), column(directory, "work_tool")[-1]
+    worst = np.max(np.abs(residual)) / work_in
+    check("energy balance of the crushing", worst < 5e-4, f"{worst:.2g} of {work_in:.4g} J")
+
+
 with tempfile.TemporaryDirectory() as work:
     # Uniaxial compression. E and nu of the middle against the static solve that calibrated the store to them, over three
     # packings: the middle of a specimen sees half of its particles and differs from the whole by about 1.5 %, its nu by 0.007.
@@ -60,9 +67,7 @@ with tempfile.TemporaryDirectory() as work:
     check("E of the middle, each", all(abs(E / YOUNG - 1.) < 0.03 for E in young), young)
     check("nu of the middle", all(abs(nu - POISSON) < 0.02 for nu in poisson), poisson)
     check("the peak is passed and the run has stopped", nominal[-1] < 0.5 * nominal[peak] and len(nominal) > peak + 1)
-    residual, put_in = column(ucs, "energy_residual")[-1], column(ucs, "work_tool")[-1]
-    # Crushing: forces jump where bonds break within a step.
-    check("energy balance of the crushing", abs(residual) < 2e-3 * put_in, f"{residual:.3g} of {put_in:.4g} J")
+    check_balance(ucs)
     for picture in ("stress_strain.png", "final.png", "interface.png"):
         check(picture, os.path.getsize(os.path.join(ucs, "figures", picture)) > 20000)
 
@@ -76,6 +81,7 @@ with tempfile.TemporaryDirectory() as work:
     near = np.mean(np.abs(breaks[:, 0] - 0.025) < 0.2 * 0.05)
     check("the disc splits along the loaded diameter", len(breaks) > 50 and near > 0.75, f"{near:.2f} of {len(breaks)} breaks")
     spread = np.ptp(np.percentile(breaks[:, 1], [2, 98]))
+    check_balance(bts)
     check("the crack runs through", spread > 0.7 * 0.05, f"{spread / 0.05:.2f} D")
 
     # Calibration on small specimens: the values in the store, and the same specimens run again by `kerf run`. 5 % is what is
