@@ -7,6 +7,7 @@ readonly build_packages='
 build-essential      C++ compiler
 cmake                build configuration
 ninja-build          build
+mold                 fast linker
 libdeal.ii-dev       finite elements
 libliggghts-dev      particles
 libeigen3-dev        linear algebra
