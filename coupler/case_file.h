@@ -33,7 +33,8 @@ enum class Criterion
 {
   maximum_principal, ///< largest principal stress
   von_mises,
-  mohr_coulomb ///< sigma_1 - sigma_3 f_t/f_c, equal to the tensile strength on the failure line
+  mohr_coulomb,  ///< sigma_1 - sigma_3 f_t/f_c, equal to the tensile strength on the failure line
+  drucker_prager ///< the cone through f_t and f_c, equal to the tensile strength on it
 };
 
 enum class ConstraintMethod
@@ -60,6 +61,9 @@ struct Case
 
   fem::MeshSettings mesh;
   std::vector<fem::BoundaryCondition> boundary_conditions;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();        ///< [m/s^2]
+  double gravity_ramp = 0.;                                 ///< [s]
+  Eigen::Matrix3d initial_stress = Eigen::Matrix3d::Zero(); ///< Cauchy [Pa], tension positive
 
   std::string packing_file;         ///< absolute
   std::string packing_surface_file; ///< absolute; empty: the packing fills the mesh

@@ -70,7 +70,7 @@ CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, c
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), packing.positions, settings.weight_function, settings.overlap_width),
     activation(settings, fem.mesh(), comm), constraint(make_constraint(settings, packing, dt, comm)),
-    boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
+    boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing), loads(settings, fem.mesh(), packing),
     cutter(settings.tool, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm), tool_work(dt, comm),
     boundary_work(dt, comm), absorbing_work(dt, comm)
 {
@@ -89,6 +89,8 @@ void CoupledModel::start()
   fem_side.compute_forces();
   if (!cells.empty())
     convert(cells);
+  const EnergyLedger ledger = energies();
+  energy_at_start = ledger.used() - ledger.work();
 }
 
 void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
@@ -132,6 +134,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   }
   clock.lap(Part::tool);
 
+  loads.apply(particles, now, boundary_work);
   boundary.apply(particles, now, dt, boundary_work, absorbing_work);
   clock.lap(Part::dem);
   if (with_fem && stepping)
@@ -189,7 +192,7 @@ void CoupledModel::convert(const std::vector<int> &cells)
       constrained.push_back(i);
   constraint->set_particles(constrained);
   dem_side->setup([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); });
-  if (mode != Mode::dem) // there particles start where bonds are at rest
+  if (mode != Mode::dem || settings.initial_stress.norm() > 0.) // else particles start where bonds are at rest
     relax(particles);
 
   event.after = take_inventory(fem_side, *dem_side, comm);
@@ -262,7 +265,7 @@ EnergyLedger CoupledModel::energies() const
   ledger.finite_step = particles.finite_step;
   ledger.boundary_work = continuum.boundary + sums[2];
   ledger.absorbed = continuum.absorbed - sums[3];
-  ledger.residual = mode == Mode::dem ? ledger.used() - ledger.work() : 0.;
+  ledger.residual = mode == Mode::dem ? ledger.used() - ledger.work() - energy_at_start : 0.;
   return ledger;
 }
 

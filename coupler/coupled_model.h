@@ -7,6 +7,7 @@
 #include "coupler/outer_work.h"
 #include "coupler/overlap.h"
 #include "coupler/particle_boundary.h"
+#include "coupler/particle_loads.h"
 #include "coupler/step_timer.h"
 #include "coupler/tool.h"
 
@@ -33,7 +34,8 @@ struct EnergyLedger
   double boundary_work = 0., absorbed = 0.;
   double tool_work = 0.; ///< mode dem: force times the way of the particles; else force times the way of the tool
 
-  /// used() - work(): what is missing in the balance. Only of mode dem, where all parts are known; else 0.
+  /// used() - work() - energy at the start: what is missing in the balance. Only of mode dem, where all parts are known; else
+  /// 0.
   double residual = 0.;
 
   double work() const { return tool_work + boundary_work; }
@@ -95,6 +97,7 @@ private:
   ActivationRule activation;
   std::unique_ptr<Constraint> constraint;
   ParticleBoundary boundary;
+  ParticleLoads loads;
   Tool cutter;
   OuterWork tool_work, boundary_work, absorbing_work; // on particles
   ForceCatcher tool_forces;
@@ -102,7 +105,8 @@ private:
   std::int64_t n_steps = 0;
   double now = 0.;
   double local_coupling_energy = 0.;
-  Tool::Load local_impulse; // time integral of the tool's load since the last take_tool_force()
+  double energy_at_start = 0.; // of the initial stress [J]
+  Tool::Load local_impulse;    // time integral of the tool's load since the last take_tool_force()
   double impulse_duration = 0.;
   double local_tool_work = 0., last_power = 0.; // over the way of the tool [J], [W]
   std::vector<ActivationEvent> activation_events;

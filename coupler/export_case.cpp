@@ -274,6 +274,12 @@ int export_case(const RunOptions &options, MPI_Comm comm)
   if (std::filesystem::exists(script) && !options.overwrite)
     throw InputError(script + " exists, name another --output or give --overwrite");
 
+  const auto given_force = [](const fem::BoundaryCondition &condition)
+  { return condition.kind == fem::BoundaryKind::traction || condition.kind == fem::BoundaryKind::in_situ; };
+  if (settings.gravity.norm() > 0. || settings.initial_stress.norm() > 0. ||
+      std::any_of(settings.boundary_conditions.begin(), settings.boundary_conditions.end(), given_force))
+    throw InputError(settings.directory + "/case.prm: Loads and tractions cannot be exported, only cases without them");
+
   const Scene scene = build_scene(settings, Mode::dem, console, comm);
   if (rank != 0)
     return 0;

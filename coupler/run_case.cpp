@@ -180,10 +180,13 @@ private:
     if (history)
       history->add(row);
 
-    // Energy can only come from outside; twice the work put in, and a floor for round-off, is far above any ledger error.
+    // Energy can only come from outside or be there from the start; twice the work put in, and a floor for round-off, is far
+    // above any ledger error.
     const double total = row.energy.kinetic + row.energy.elastic + row.energy.coupling;
     const double work = std::abs(row.energy.tool_work) + std::abs(row.energy.boundary_work);
-    largest_work = std::max(largest_work, work);
+    if (row.step == 0)
+      initial_energy = total;
+    largest_work = std::max(largest_work, work + initial_energy);
     if (!std::isfinite(total) || total > 2. * largest_work + 1e-9)
     {
       std::ostringstream text;
@@ -252,7 +255,7 @@ private:
   SpecimenRecord record;
   Mode mode = Mode::adaptive;
   std::int64_t n_steps = 0, snapshot_interval = 1;
-  double started = 0., largest_work = 0.;
+  double started = 0., largest_work = 0., initial_energy = 0.;
   int interrupted = 0;
 };
 } // namespace

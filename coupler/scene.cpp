@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/scene.h"
 
+#include "coupler/fem_settings.h"
 #include "coupler/input_error.h"
 #include "coupler/packing_space.h"
 #include "dem_side/bond_network.h"
@@ -140,17 +141,9 @@ void use_calibrated_strength(Case &settings, const dem::Packing &packing)
 
 std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 {
-  fem::Settings fem_settings;
-  fem_settings.comm = comm;
-  fem_settings.dim = settings.dim();
-  fem_settings.mesh = settings.mesh;
-  fem_settings.material = settings.rock;
-  fem_settings.boundary_conditions = settings.boundary_conditions;
-  // As fine as the particles, or a round tool would sink between two contact points before it is felt.
-  fem_settings.surface_spacing = 0.25 * settings.packing.mean_diameter;
   try
   {
-    return fem::make_fem_side(fem_settings);
+    return fem::make_fem_side(fem_settings(settings, comm));
   }
   catch (const std::exception &error)
   {

@@ -2,6 +2,7 @@
 // What the solver computes on demand: stresses, stable step, output.
 #include "fem_side/explicit_solver.h"
 #include "fem_side/largest_eigenvalue.h"
+#include "fem_side/stress_recovery.h"
 #include "fem_side/vtu_output.h"
 
 #include <Eigen/Dense>
@@ -49,7 +50,7 @@ template <int dim>
 CellStress ExplicitSolver<dim>::cell_stress() const
 {
   NodalVector u = displacement;
-  u.update_ghost_values();
+  space.update_copies(u);
   const auto D = q1::shape_derivatives<dim>(q1::Point<dim>::Zero());
   CellStress result;
   result.sigma.resize(6, kernel.n_cells());
@@ -77,11 +78,11 @@ double ExplicitSolver<dim>::stable_step() const
   {
     for (int i = 0; i < n_dofs; ++i)
       u.local_element(i) = scale[i] * x[i];
-    u.update_ghost_values();
+    space.update_copies(u);
     f = 0.;
     f.zero_out_ghost_values();
     kernel.subtract_linear_forces(u.begin(), f.begin());
-    f.compress(dealii::VectorOperation::add);
+    space.sum_up(f);
     for (int i = 0; i < n_dofs; ++i)
       y[i] = -scale[i] * f.local_element(i);
   };
@@ -100,10 +101,10 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
                                     const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const
 {
   NodalVector u = displacement, v = velocity;
-  space.copy_to_images(u);
-  space.copy_to_images(v);
+  space.update_copies(u);
+  space.update_copies(v);
   const int n_cells = space.mesh.n_cells();
-  VtuContent content{u, v, std::vector<bool>(n_cells, false), {}};
+  VtuContent content{u, v, std::vector<bool>(n_cells, false), {}, {}};
 
   dealii::Vector<double> mean_alpha(n_cells);
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
@@ -123,6 +124,7 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
   }
   for (const int cell : stress.cell)
     content.written[cell] = true;
+  content.smooth_stress = recover_stress(space.mesh, stress, space.comm);
 
   for (const auto &[name, values] : cell_fields)
   {

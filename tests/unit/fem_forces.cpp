@@ -11,18 +11,18 @@ namespace
 {
 constexpr double h = 0.05;
 
-/// Distorted quadrilaterals in the plane, or a structured box in space.
+/// Distorted quadrilaterals in the plane, distorted hexahedra in space.
 class FemForces : public ::testing::TestWithParam<int>
 {
 protected:
   FemForces() : file("forces")
   {
     Settings settings = box({4 * h, 3 * h, GetParam() == 3 ? 3 * h : 0.}, h);
+    settings.mesh.gmsh_file = file.path;
     if (GetParam() == 2)
-    {
       write_distorted_msh(file.path, 8, 6, h);
-      settings.mesh.gmsh_file = file.path;
-    }
+    else
+      write_distorted_hex_msh(file.path, 4, 3, 3, h);
     side = make_fem_side(settings);
   }
 

@@ -10,7 +10,8 @@ namespace
 {
 constexpr double h = 0.02;
 
-/// All kinds of boundaries, weights that vary and switch cells off, forces on a window and on the surface.
+/// All kinds of boundaries and loads, hanging nodes, weights that vary and switch cells off, forces on a window and on the
+/// surface.
 class Scene
 {
 public:
@@ -23,7 +24,16 @@ public:
     BoundaryCondition push = condition(0, BoundaryKind::velocity);
     push.velocity = {2., 0.5, 0.};
     push.ramp = 2e-5;
-    settings.boundary_conditions = {push, condition(1, BoundaryKind::absorbing), condition(2, BoundaryKind::roller)};
+    BoundaryCondition press;
+    press.where = "y > 0.5 - 1e-6 && x < 0.2";
+    press.kind = BoundaryKind::traction;
+    press.traction = {1e5, -2e6, 0.};
+    press.ramp = 1e-5;
+    settings.boundary_conditions = {push, press, condition(1, BoundaryKind::absorbing), condition(2, BoundaryKind::roller)};
+    settings.mesh.refined = {{{0.5, 0.1, 0.}, {0.7, 0.2, 0.}, 1}};
+    settings.initial_stress.diagonal() << -1e6, -2e6, 0.;
+    settings.gravity = {0., -9.81, 0.};
+    settings.gravity_ramp = 1e-5;
     side = make_fem_side(settings);
     set_weights(0.06);
     dt = 0.8 * make_stable();
@@ -35,9 +45,12 @@ public:
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &n_ranks);
     // Every rank pushes its share of the nodes, which are mostly not its own.
+    std::vector<char> slave(side->mesh().n_nodes(), 0);
+    for (const SlaveNode &s : side->mesh().slaves)
+      slave[s.node] = 1;
     std::vector<int> nodes;
     for (int i = 0; i < side->mesh().n_nodes(); ++i)
-      if (i % n_ranks == rank)
+      if (i % n_ranks == rank && !slave[i])
         nodes.push_back(i);
     side->set_window(nodes);
     for (int n = first; n <= last; ++n)
