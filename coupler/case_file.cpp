@@ -357,6 +357,13 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.mesh.fine_upper = reader.point("Mesh", "Fine zone upper corner");
   result.mesh.growth = reader.number("Mesh", "Growth ratio");
   result.mesh.largest_cell_size = reader.number("Mesh", "Largest cell size");
+  for (const char axis : reader.text("Mesh", "Periodic"))
+    if (const int c = axis - 'x'; c == 1 || c == 2) // "none" has no axis in it
+    {
+      if (c >= dim)
+        reader.fail("Mesh", "Periodic", "in two dimensions none or y are allowed");
+      result.mesh.periodic[c] = result.packing.periodic[c] = true;
+    }
   for (const auto &row : reader.rows("Mesh", "Refine", 2 * dim + 1))
   {
     fem::RefinedBox box;
@@ -391,6 +398,20 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.packing.radius_spread = reader.number("Packing", "Radius spread");
   result.packing.gap_tolerance = reader.number("Packing", "Gap tolerance");
   result.packing.seed = static_cast<unsigned>(reader.integer("Packing", "Seed"));
+  result.packing.lattice.row_axis = reader.text("Packing", "Rows along") == "y" ? 1 : 0;
+  if (const std::string plane = reader.text("Packing", "Plane at"); !plane.empty())
+  {
+    std::size_t used = 0;
+    try
+    {
+      result.packing.lattice.plane_at = std::stod(plane, &used);
+    }
+    catch (const std::exception &)
+    {
+    }
+    if (used != plane.size() || !std::isfinite(result.packing.lattice.plane_at))
+      reader.fail("Packing", "Plane at", "'" + plane + "' is no number, give x in m or nothing");
+  }
   std::string packing_file = reader.text("Packing", "File");
   if (packing_file.empty())
     packing_file = "packing_" + result.packing.kind + "_" + std::to_string(std::lround(1e6 * result.packing.mean_diameter)) +

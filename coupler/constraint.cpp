@@ -6,8 +6,9 @@
 
 namespace kerf
 {
-PenaltyConstraint::PenaltyConstraint(const Settings &settings, const Eigen::Matrix3Xd &positions)
-  : settings(settings), positions(positions)
+PenaltyConstraint::PenaltyConstraint(const Settings &settings, const Eigen::Matrix3Xd &positions,
+                                     const Eigen::Vector3d &periodic)
+  : settings(settings), positions(positions), periodic(periodic)
 {
 }
 
@@ -107,6 +108,7 @@ double PenaltyConstraint::apply(dem::Particles &particles, fem::FemSide &fem)
     Eigen::Vector3d chi = particles.position.col(link.particle) - link.reference;
     for (int a = 0; a < link.n; ++a)
       chi -= link.N[a] * window_displacement.col(link.window_node[a]);
+    chi = dem::shortest_image(chi, periodic);
     const Eigen::Vector3d force = link.stiffness * chi;
     particles.force.col(link.particle) -= force;
     for (int a = 0; a < link.n; ++a)

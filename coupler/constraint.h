@@ -45,8 +45,9 @@ public:
     double time_step = 0.; ///< [s], mass-scaled penalty only
   };
 
-  /// @param positions stored positions of all particles, kept by reference
-  PenaltyConstraint(const Settings &settings, const Eigen::Matrix3Xd &positions);
+  /// @param positions stored positions of all particles, kept by reference; @param periodic as Packing::periodic [m]
+  PenaltyConstraint(const Settings &settings, const Eigen::Matrix3Xd &positions,
+                    const Eigen::Vector3d &periodic = Eigen::Vector3d::Zero());
 
   void set_particles(const std::vector<int> &indices) override;
   double apply(dem::Particles &particles, fem::FemSide &fem) override;
@@ -67,6 +68,7 @@ private:
 
   Settings settings;
   const Eigen::Matrix3Xd &positions;
+  Eigen::Vector3d periodic;
   int n_constrained = 0;
   std::vector<int> pending;                                  // not located yet
   std::unordered_map<int, fem::Interpolation> interpolation; // by packing index

@@ -23,7 +23,7 @@ std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Pac
   penalty.beta = settings.penalty_ratio;
   penalty.stiffness = settings.penalty_ratio * settings.bond.k_n;
   penalty.time_step = dt;
-  return std::make_unique<PenaltyConstraint>(penalty, packing.positions);
+  return std::make_unique<PenaltyConstraint>(penalty, packing.positions, packing.periodic);
 }
 /// Stable step of a system that gets a further spring: omega^2 is at most the sum.
 double with_spring(double step, double omega2)

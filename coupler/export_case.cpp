@@ -70,7 +70,13 @@ public:
 
   void write_particles(ExactStream &out) const
   {
-    const Vector3d &lower = c.particles.domain_lower, &upper = c.particles.domain_upper;
+    Vector3d lower = c.particles.domain_lower, upper = c.particles.domain_upper;
+    for (int axis = 0; axis < c.packing.dim; ++axis)
+      if (c.packing.periodic[axis] > 0.)
+      {
+        lower[axis] = c.packing.lower[axis];
+        upper[axis] = lower[axis] + c.packing.periodic[axis];
+      }
     const double half_thickness = c.packing.mean_diameter; // in 2D the box only has to contain z = 0
     out << "# particles of " << c.settings.name << ": tag = index in the store + 1\n\n"
         << c.packing.size() << " atoms\n"
@@ -105,6 +111,8 @@ private:
     return list.empty() ? "" : "type" + list;
   }
 
+  char boundary(int axis) const { return c.packing.periodic[axis] > 0. || axis == c.packing.dim ? 'p' : 'f'; }
+
   void write_head(ExactStream &out) const
   {
     out << "# " << c.settings.name << ": mode dem of kerf, " << c.packing.size() << " particles; SI units"
@@ -113,7 +121,7 @@ private:
         << "dimension     " << c.packing.dim << "\n"
         << "atom_style    granular\n"
         << "atom_modify   map array\n"
-        << "boundary      f f " << (flat ? "p" : "f") << "\n"
+        << "boundary      " << boundary(0) << ' ' << boundary(1) << ' ' << boundary(2) << "\n"
         << "newton        off\n"
         << "communicate   single vel yes\n"
         << "read_data     particles.data\n"

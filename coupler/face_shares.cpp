@@ -14,6 +14,9 @@ using Eigen::Vector3d;
 
 namespace
 {
+/// A lattice may end that far before a face, as its last row does not fit: half a row's distance [mean diameters].
+constexpr double largest_gap = 0.5;
+
 double distance_to_segment(const Vector3d &a, const Vector3d &b, const Vector3d &point)
 {
   const Vector3d edge = b - a;
@@ -70,14 +73,21 @@ std::vector<FaceShare> face_shares(const fem::Mesh &mesh, const std::vector<char
   std::vector<FaceShare> shares;
   if (packing.size() == 0)
     return shares;
-  const double half_radius = 0.25 * packing.mean_diameter, reach = packing.radii.maxCoeff() + half_radius;
+  const double half_radius = 0.25 * packing.mean_diameter;
+  const double reach = packing.radii.maxCoeff() + half_radius + largest_gap * packing.mean_diameter;
   std::vector<int> by_x(packing.size());
   std::iota(by_x.begin(), by_x.end(), 0);
   const auto x_of = [&](int i) { return packing.positions(0, i); };
   std::sort(by_x.begin(), by_x.end(), [&](int a, int b) { return x_of(a) < x_of(b); });
 
-  double face_area = 0., section_area = 0.;
-  std::vector<char> touching(packing.size(), 0);
+  struct Near
+  {
+    int particle;
+    double gap;
+    Vector3d normal;
+  };
+  std::vector<Near> candidates;
+  double face_area = 0., smallest_gap = largest_gap * packing.mean_diameter;
   for (std::size_t f = 0; f < faces.size(); ++f)
   {
     if (!faces[f])
@@ -88,16 +98,25 @@ std::vector<FaceShare> face_shares(const fem::Mesh &mesh, const std::vector<char
            std::lower_bound(by_x.begin(), by_x.end(), face.lower[0] - reach, [&](int i, double x) { return x_of(i) < x; });
          it != by_x.end() && x_of(*it) <= face.upper[0] + reach; ++it)
     {
-      const int i = *it;
-      const Vector3d x = packing.positions.col(i);
-      if (touching[i] || (x.array() < face.lower.array() - reach).any() || (x.array() > face.upper.array() + reach).any() ||
-          face.distance(x) >= packing.radii[i] + half_radius)
+      const Vector3d x = packing.positions.col(*it);
+      if ((x.array() < face.lower.array() - reach).any() || (x.array() > face.upper.array() + reach).any())
         continue;
-      touching[i] = 1;
-      const double section = mesh.dim == 2 ? 2. * packing.radii[i] : M_PI * packing.radii[i] * packing.radii[i];
-      section_area += section;
-      shares.push_back({i, face.normal, section});
+      const double gap = face.distance(x) - packing.radii[*it];
+      candidates.push_back({*it, gap, face.normal});
+      smallest_gap = std::min(smallest_gap, gap);
     }
+  }
+
+  double section_area = 0.;
+  std::vector<char> touching(packing.size(), 0);
+  for (const Near &near : candidates)
+  {
+    if (touching[near.particle] || near.gap >= std::max(smallest_gap, 0.) + half_radius)
+      continue;
+    touching[near.particle] = 1;
+    const double radius = packing.radii[near.particle], section = mesh.dim == 2 ? 2. * radius : M_PI * radius * radius;
+    section_area += section;
+    shares.push_back({near.particle, near.normal, section});
   }
   for (FaceShare &share : shares)
     share.area *= face_area / section_area;

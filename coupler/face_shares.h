@@ -16,8 +16,9 @@ struct FaceShare
   double area = 0.;                                 ///< [m^2], 2D [m]
 };
 
-/// Particles whose surface is closer than half a mean radius to one of the chosen faces (flags by number in mesh.boundary), by
-/// rising index, each with the first face it is close to. The shares are in proportion to the particles' sections and add up to
-/// the area of the faces.
+/// Particles that end at one of the chosen faces (flags by number in mesh.boundary): their gap to it is less than half a mean
+/// radius larger than the smallest one, which is zero but for lattices that do not fit. By rising index, each with the first
+/// face it is close to. None where the packing ends more than about a radius before the faces. The shares are in proportion to
+/// the particles' sections and add up to the area of the faces.
 std::vector<FaceShare> face_shares(const fem::Mesh &mesh, const std::vector<char> &faces, const dem::Packing &packing);
 } // namespace kerf

@@ -52,6 +52,29 @@ dem::SurfaceMesh boundary_of(const fem::Mesh &mesh)
   return surface;
 }
 
+/// All that is boundary lies in the sides of the box around.
+bool is_box(const fem::Mesh &mesh, const Box &box)
+{
+  const Eigen::Vector3d slack = 1e-6 * (box.upper - box.lower);
+  for (const fem::BoundaryFace &face : mesh.boundary)
+  {
+    bool in_side = false;
+    for (int c = 0; c < mesh.dim; ++c)
+    {
+      bool in_lower = true, in_upper = true;
+      for (int a = 0; a < (mesh.dim == 2 ? 2 : 4); ++a)
+      {
+        in_lower = in_lower && mesh.nodes(c, face.nodes[a]) < box.lower[c] + slack[c];
+        in_upper = in_upper && mesh.nodes(c, face.nodes[a]) > box.upper[c] - slack[c];
+      }
+      in_side = in_side || in_lower || in_upper;
+    }
+    if (!in_side)
+      return false;
+  }
+  return true;
+}
+
 Box box_around(const Eigen::Matrix3Xd &points)
 {
   return {points.rowwise().minCoeff(), points.rowwise().maxCoeff()};
@@ -66,6 +89,17 @@ PackingSpace find_packing_space(const Case &settings, const fem::Mesh &mesh)
   if (from_file && mesh.dim == 2)
     throw InputError(section + "an STL surface needs a mesh in three dimensions; leave it empty in two");
   PackingSpace space;
+  if ((mesh.period.array() > 0.).any())
+  {
+    if (from_file)
+      throw InputError(section + "a periodic packing fills a box; leave it empty with Mesh/Periodic");
+    if (!is_box(mesh, mesh_box))
+      throw InputError(settings.directory +
+                       "/case.prm: Mesh/Periodic: a periodic packing fills a box, the mesh has another shape");
+    space.box = mesh_box;
+    space.volume = dem::box_volume(mesh.dim, mesh_box.lower, mesh_box.upper);
+    return space;
+  }
   try
   {
     const dem::SurfaceMesh surface = from_file ? dem::read_stl(settings.packing_surface_file) : boundary_of(mesh);

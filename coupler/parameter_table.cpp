@@ -93,6 +93,10 @@ const std::vector<Parameter> &parameter_table()
     entry("Mesh", "Upper corner", "0.1, 0.05", point(), "m", "opposite corner of the structured box", ""),
     entry("Mesh", "Cell size", "4e-3", positive(), "m", "cell size of the structured box, in the fine zone if there is one",
           ""),
+    entry("Mesh", "Periodic", "none", one_of("none|y|z|yz"), "-",
+          "axes across which rock and packing repeat themselves: opposite sides of the box are joined and are no boundary, as "
+          "for strips that stand for an infinite body",
+          ""),
     entry("Mesh", "Fine zone lower corner", "0, 0", point(), "m", "fine zone; equal corners: uniform mesh", ""),
     entry("Mesh", "Fine zone upper corner", "0, 0", point(), "m", "opposite corner of the fine zone", ""),
     entry("Mesh", "Growth ratio", "1.2", between(1., 3.), "-", "ratio of neighbouring cell sizes outside the fine zone", ""),
@@ -138,6 +142,12 @@ const std::vector<Parameter> &parameter_table()
     entry("Packing", "Radius spread", "0.4", between(0., 0.8), "-", "radii are uniform in (1 - s, 1 + s) d/2", ""),
     entry("Packing", "Gap tolerance", "0.1", between(0., 1.), "-", "pairs with a gap below this times d/2 are bonded",
           "Labra 2012"),
+    entry("Packing", "Rows along", "x", one_of("x|y"), "-",
+          "rows of touching particles of the triangular lattice; y: particles of a column have the same x", ""),
+    entry("Packing", "Plane at", "", text(), "m",
+          "x of a plane of particles of a lattice, whose particles with lower <= x < upper of the box are taken; empty: the "
+          "lattice is centred and stays inside of the box",
+          ""),
     entry("Packing", "Seed", "1", whole_number(0, 2147483647), "-", "seed of the random packing", ""),
 
     entry("Bond", "Strength", "given", one_of("given|calibrated"), "-",

@@ -59,7 +59,8 @@ RegionDistance::RegionDistance(const fem::Mesh &mesh, const Eigen::Matrix3Xd &po
   if (points.cols() == 0)
     return;
   origin = points.rowwise().minCoeff();
-  const Vector3d extent = points.rowwise().maxCoeff() - origin;
+  end = points.rowwise().maxCoeff();
+  const Vector3d extent = end - origin;
   for (int c = 0; c < 3; ++c)
     n_bins[c] = static_cast<int>(extent[c] / bin_size) + 1;
   // Counting sort of the points by bin.
@@ -84,14 +85,28 @@ void RegionDistance::add_cell(int cell)
 {
   if (points.cols() == 0)
     return;
+  // Images within reach of the points, however many periods that are.
+  Eigen::Array3i n_images;
+  for (int c = 0; c < 3; ++c)
+    n_images[c] = mesh.period[c] > 0. ? static_cast<int>(std::ceil(reach / mesh.period[c])) : 0;
+  for (int z = -n_images[2]; z <= n_images[2]; ++z)
+    for (int y = -n_images[1]; y <= n_images[1]; ++y)
+      for (int x = -n_images[0]; x <= n_images[0]; ++x)
+        add_image(cell, Vector3d(x, y, z).cwiseProduct(mesh.period));
+}
+
+void RegionDistance::add_image(int cell, const Vector3d &shift)
+{
   Vector3d lower = mesh.nodes.col(mesh.cells(0, cell)), upper = lower;
   for (int a = 1; a < mesh.cells.rows(); ++a)
   {
     lower = lower.cwiseMin(mesh.nodes.col(mesh.cells(a, cell)));
     upper = upper.cwiseMax(mesh.nodes.col(mesh.cells(a, cell)));
   }
-  lower.array() -= reach;
-  upper.array() += reach;
+  lower.array() += shift.array() - reach;
+  upper.array() += shift.array() + reach;
+  if ((lower.array() > end.array()).any() || (upper.array() < origin.array()).any())
+    return;
   for (int z = bin_of(lower, 2); z <= bin_of(upper, 2); ++z)
     for (int y = bin_of(lower, 1); y <= bin_of(upper, 1); ++y)
       for (int x = bin_of(lower, 0); x <= bin_of(upper, 0); ++x)
@@ -101,7 +116,7 @@ void RegionDistance::add_cell(int cell)
         {
           const int i = bin_points[k];
           if (phi[i] > 0.)
-            phi[i] = std::min(phi[i], distance_to_cell(mesh, cell, points.col(i)));
+            phi[i] = std::min(phi[i], distance_to_cell(mesh, cell, points.col(i) - shift));
         }
       }
 }

@@ -19,6 +19,7 @@ double distance_to_face(const fem::Mesh &mesh, const fem::BoundaryFace &face, co
 
 /// Distance of a fixed set of points from a growing set of cells. The set only grows, so a new cell can only lower
 /// distances: phi = min(phi, distance to the new cell), exact and local. Points farther than @p reach keep phi = reach.
+/// In a periodic mesh the images of a cell count like the cell.
 class RegionDistance
 {
 public:
@@ -29,6 +30,7 @@ public:
   const Eigen::VectorXd &values() const { return phi; }
 
 private:
+  void add_image(int cell, const Eigen::Vector3d &shift);
   int bin_of(const Eigen::Vector3d &point, int axis) const;
 
   const fem::Mesh &mesh;
@@ -37,7 +39,7 @@ private:
   Eigen::VectorXd phi;
 
   // Points in square bins of the size of the reach, so that a cell meets only points near it.
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(), end = Eigen::Vector3d::Zero(); // of the box around the points
   double bin_size = 1.;
   std::array<int, 3> n_bins = {{1, 1, 1}};
   std::vector<int> bin_start, bin_points;

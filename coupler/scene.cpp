@@ -75,6 +75,8 @@ std::string mismatch(const dem::Packing &packing, const Case &settings, const Pa
   else if (differs(packing.gap_tolerance, settings.packing.gap_tolerance, 1.))
     text << "has gap tolerance " << packing.gap_tolerance << ", Packing/Gap tolerance asks for "
          << settings.packing.gap_tolerance;
+  else if (!(packing.lattice == settings.packing.lattice))
+    text << "holds a lattice that is turned or placed otherwise than Packing/Rows along and Packing/Plane at ask for";
   else if (packing.kind == "random" && packing.seed != settings.packing.seed)
     text << "has seed " << packing.seed << ", Packing/Seed asks for " << settings.packing.seed;
   else
@@ -83,6 +85,9 @@ std::string mismatch(const dem::Packing &packing, const Case &settings, const Pa
           (differs(packing.lower[c], space.box.lower[c], d) || differs(packing.upper[c], space.box.upper[c], d)))
         text << "fills " << packing.lower[c] << " to " << packing.upper[c] << " m along "
              << "xyz"[c] << ", the rock " << space.box.lower[c] << " to " << space.box.upper[c];
+      else if (text.str().empty() && (packing.periodic[c] > 0.) != settings.packing.periodic[c])
+        text << "is " << (packing.periodic[c] > 0. ? "" : "not ") << "periodic along "
+             << "xyz"[c] << ", Mesh/Periodic asks for the opposite";
   if (text.str().empty() && differs(packing.volume_filled, space.volume, space.volume))
     text << "fills a volume of " << packing.volume_filled << ", the rock has " << space.volume << ": another shape";
   return text.str();
@@ -93,7 +98,8 @@ void check_overlap(const Case &settings, const fem::FemSide &fem)
   const Box box = mesh_box(fem.mesh());
   double extent = box.upper[0] - box.lower[0];
   for (int c = 1; c < settings.dim(); ++c)
-    extent = std::min(extent, box.upper[c] - box.lower[c]);
+    if (!settings.mesh.periodic[c])
+      extent = std::min(extent, box.upper[c] - box.lower[c]);
   if (settings.overlap_width >= extent)
   {
     std::ostringstream text;

@@ -32,7 +32,7 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> dynamic_matrix(const Packing &packi
   entries.reserve(packing.bonds.size() * 4 * dofs * dofs);
   for (const auto &[i, j] : packing.bonds)
   {
-    const Vector branch = (packing.positions.col(j) - packing.positions.col(i)).template head<dim>();
+    const Vector branch = packing.branch(i, j).template head<dim>();
     const double length = branch.norm();
     const Vector n = branch / length;
     const double lever_i = length * packing.radii[i] / (packing.radii[i] + packing.radii[j]);

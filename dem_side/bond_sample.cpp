@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -106,6 +107,8 @@ BondSampleOf<dim>::BondSampleOf(const Packing &packing, int sample_size)
   if (packing.size() == 0 || packing.bonds.empty())
     throw std::runtime_error("elastic moduli: the packing has no bonds");
   m_mean_diameter = 2. * packing.radii.mean();
+  for (int c = 0; c < dim; ++c)
+    m_periodic[c] = packing.periodic[c] > 0.;
   choose_window(packing, sample_size);
   collect(packing);
 }
@@ -116,18 +119,24 @@ void BondSampleOf<dim>::choose_window(const Packing &packing, int sample_size)
   const auto [lower, upper] = filled_box(packing);
   const double box = (upper - lower).template head<dim>().prod();
   const double particles = packing.size() * (packing.volume_filled > 0. ? std::min(1., box / packing.volume_filled) : 1.);
-  const double share = std::min(1., std::pow(sample_size / particles, 1. / dim));
+  const int n_cut = dim - static_cast<int>(std::count(m_periodic.begin(), m_periodic.end(), true));
+  const double share = n_cut > 0 ? std::min(1., std::pow(sample_size / particles, 1. / n_cut)) : 1.;
   const Vector middle = (lower + upper).template head<dim>() / 2.;
-  const Vector side = share * (upper - lower).template head<dim>();
+  Vector side = (upper - lower).template head<dim>();
+  for (int c = 0; c < dim; ++c)
+    if (!m_periodic[c])
+    {
+      side[c] *= share;
+      if (!(side[c] >= 12. * m_mean_diameter))
+      {
+        std::ostringstream error;
+        error << "elastic moduli: the sample is " << side[c] / m_mean_diameter
+              << " mean diameters wide, at least 12 are needed";
+        throw std::runtime_error(error.str());
+      }
+    }
   m_lower = middle - side / 2.;
   m_upper = middle + side / 2.;
-  if (!(side.minCoeff() >= 12. * m_mean_diameter))
-  {
-    std::ostringstream error;
-    error << "elastic moduli: the sample is " << side.minCoeff() / m_mean_diameter
-          << " mean diameters wide, at least 12 are needed";
-    throw std::runtime_error(error.str());
-  }
   // The skin disturbs about three diameters, weakly a little more. Cells of its own for each particle make any taper exact for
   // a lattice; a longer one averages over whole periods of a pattern, a shorter one over more particles.
   for (int c = 0; c < dim; ++c)
@@ -145,7 +154,8 @@ double BondSampleOf<dim>::window(const Vector &x) const
 {
   double value = 1.;
   for (int c = 0; c < dim; ++c)
-    value *= smooth_step((x[c] - m_window_lower[c]) / m_taper[c]) * smooth_step((m_window_upper[c] - x[c]) / m_taper[c]);
+    if (!m_periodic[c])
+      value *= smooth_step((x[c] - m_window_lower[c]) / m_taper[c]) * smooth_step((m_window_upper[c] - x[c]) / m_taper[c]);
   return value;
 }
 
@@ -158,7 +168,10 @@ void BondSampleOf<dim>::collect(const Packing &packing)
   for (int i = 0; i < packing.size(); ++i)
   {
     const Vector x = packing.positions.col(i).template head<dim>();
-    const double inside = std::min((x - m_lower).minCoeff(), (m_upper - x).minCoeff());
+    double inside = std::numeric_limits<double>::infinity();
+    for (int c = 0; c < dim; ++c)
+      if (!m_periodic[c])
+        inside = std::min({inside, x[c] - m_lower[c], m_upper[c] - x[c]});
     if (inside < 0.)
       continue;
     sample_index[i] = static_cast<int>(m_centres.size());
@@ -180,7 +193,7 @@ void BondSampleOf<dim>::collect(const Packing &packing)
     Bond bond;
     bond.i = sample_index[a];
     bond.j = sample_index[b];
-    const Vector branch = m_centres[bond.j] - m_centres[bond.i];
+    const Vector branch = packing.branch(a, b).template head<dim>();
     const double length = branch.norm();
     bond.normal = branch / length;
     bond.lever_i = length * packing.radii[a] / (packing.radii[a] + packing.radii[b]);
@@ -333,11 +346,16 @@ Moduli BondSampleOf<dim>::moduli(double k_n, double k_t, const std::vector<Fluct
   covariance.fill(Tensor::Zero());
   for (std::size_t i = 0; i < m_centres.size(); ++i)
   {
-    const Eigen::Matrix<double, 1, dim> arm = (m_centres[i] - centre).transpose();
+    Eigen::Matrix<double, 1, dim> arm = (m_centres[i] - centre).transpose();
+    for (int c = 0; c < dim; ++c)
+      arm[c] *= !m_periodic[c]; // fluctuations repeat themselves there: no mean gradient
     moment += m_weights[i] * arm.transpose() * arm;
     for (int k = 0; k < n_strains; ++k)
       covariance[k] += m_weights[i] * fluctuation[i].col(k).template head<dim>() * arm;
   }
+  for (int c = 0; c < dim; ++c)
+    if (m_periodic[c])
+      moment(c, c) = 1.; // any number: the covariance is zero
   Eigen::Matrix<double, n_strains, n_strains> strain, stress;
   for (int k = 0; k < n_strains; ++k)
   {

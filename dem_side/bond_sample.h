@@ -21,7 +21,8 @@ public:
 };
 std::unique_ptr<BondSample> make_bond_sample(const Packing &packing, int sample_size = 20000);
 
-/// Particles of the outer skin follow the strain without rotation, the others are free. Unknowns are the fluctuations about the
+/// Particles of the outer skin follow the strain without rotation, the others are free; a periodic packing has no skin at the
+/// sides that repeat. Unknowns are the fluctuations about the
 /// uniform strain, so that the weak diagonal that keeps loose parts solvable acts on nothing else. The stress of a particle
 /// comes with the volume of its Laguerre cell, both weighted by a window function. So a lattice, which has no fluctuation and
 /// equal cells, comes out exact.
@@ -65,8 +66,9 @@ private:
   Moduli moduli(double k_n, double k_t, const std::vector<Fluctuation> &fluctuation) const;
 
   double m_mean_diameter = 0.;
-  Vector m_lower, m_upper;               ///< of the sample
-  Vector m_window_lower, m_window_upper; ///< support of the window function
+  std::array<bool, 3> m_periodic = {{false, false, false}}; ///< the sample is as long as the packing and has no skin there
+  Vector m_lower, m_upper;                                  ///< of the sample
+  Vector m_window_lower, m_window_upper;                    ///< support of the window function
   Vector m_taper;
   std::vector<Vector> m_centres;
   std::vector<double> m_weights, m_volumes; ///< of each particle: of the window function; of its cell

@@ -14,7 +14,8 @@ class CellList
 {
 public:
   /// @param reach pairs closer than this [m] are guaranteed to be visited; > 0
-  CellList(const Eigen::Matrix3Xd &points, double reach)
+  /// @param periodic lengths after which the points repeat themselves [m], 0: not; pairs of images are visited like others
+  CellList(const Eigen::Matrix3Xd &points, double reach, const Eigen::Vector3d &periodic = Eigen::Vector3d::Zero())
   {
     const int n = static_cast<int>(points.cols());
     if (n == 0)
@@ -22,8 +23,18 @@ public:
     const Eigen::Vector3d lower = points.rowwise().minCoeff(), extent = points.rowwise().maxCoeff() - lower;
     // Never many more cells than points: a few far points must not cost memory.
     const double size = std::max(reach, extent.maxCoeff() / (4. * std::sqrt(double(n)) + 4.));
+    Eigen::Vector3d sizes = Eigen::Vector3d::Constant(size);
     for (int c = 0; c < 3; ++c)
+    {
       n_cells[c] = static_cast<int>(extent[c] / size) + 1;
+      if (periodic[c] <= 0.)
+        continue;
+      // With one or two cells a pair of cells would be met from both sides: then all points are in one layer.
+      const int whole = static_cast<int>(periodic[c] / size);
+      repeats[c] = whole >= 3;
+      n_cells[c] = repeats[c] ? whole : 1;
+      sizes[c] = periodic[c] / n_cells[c];
+    }
 
     cell_of.resize(n);
     first.assign(std::size_t(n_cells[0]) * n_cells[1] * n_cells[2] + 1, 0);
@@ -31,7 +42,10 @@ public:
     {
       std::array<int, 3> cell;
       for (int c = 0; c < 3; ++c)
-        cell[c] = std::min(static_cast<int>((points(c, i) - lower[c]) / size), n_cells[c] - 1);
+      {
+        const int number = static_cast<int>((points(c, i) - lower[c]) / sizes[c]);
+        cell[c] = repeats[c] ? number % n_cells[c] : std::min(number, n_cells[c] - 1);
+      }
       cell_of[i] = index(cell[0], cell[1], cell[2]);
       ++first[cell_of[i] + 1];
     }
@@ -61,8 +75,8 @@ public:
           // Half of the 26 neighbours, so that each pair of cells comes once.
           for (int k = 14; k < 27; ++k)
           {
-            const int u = x + k % 3 - 1, v = y + k / 3 % 3 - 1, w = z + k / 9 - 1;
-            if (u < 0 || v < 0 || u >= n_cells[0] || v >= n_cells[1] || w >= n_cells[2])
+            int u = x + k % 3 - 1, v = y + k / 3 % 3 - 1, w = z + k / 9 - 1;
+            if (!exists(u, 0) || !exists(v, 1) || !exists(w, 2))
               continue;
             const int there = index(u, v, w);
             for (int a = first[here]; a < first[here + 1]; ++a)
@@ -75,7 +89,16 @@ public:
 private:
   int index(int x, int y, int z) const { return (z * n_cells[1] + y) * n_cells[0] + x; }
 
+  /// A cell beyond the end of a periodic axis is the one at the other end.
+  bool exists(int &cell, int axis) const
+  {
+    if (repeats[axis])
+      cell = (cell + n_cells[axis]) % n_cells[axis];
+    return cell >= 0 && cell < n_cells[axis];
+  }
+
   std::array<int, 3> n_cells{{0, 0, 0}};
+  std::array<bool, 3> repeats{{false, false, false}};
   std::vector<int> cell_of, first, order;
 };
 } // namespace kerf::dem

@@ -60,12 +60,20 @@ void Compaction::Engine::make_instance(const Eigen::Matrix3Xd &positions)
 {
   lmp = make_liggghts(MPI_COMM_SELF);
   const bool flat = container.dim() == 2;
-  const Eigen::Vector3d low = lower - Eigen::Vector3d::Ones(), high = upper + Eigen::Vector3d::Ones();
+  Eigen::Vector3d low = lower - Eigen::Vector3d::Ones(), high = upper + Eigen::Vector3d::Ones();
+  std::array<char, 3> boundary = {{'f', 'f', flat ? 'p' : 'f'}};
+  for (int c = 0; c < container.dim(); ++c)
+    if (container.is_periodic(c))
+    {
+      boundary[c] = 'p';
+      low[c] = lower[c];
+      high[c] = upper[c];
+    }
   command(*lmp, "units si");
   command(*lmp, "dimension ", container.dim());
   command(*lmp, "atom_style granular");
   command(*lmp, "atom_modify map array sort 0 0");
-  command(*lmp, flat ? "boundary f f p" : "boundary f f f");
+  command(*lmp, "boundary ", boundary[0], ' ', boundary[1], ' ', boundary[2]);
   command(*lmp, "newton off");
   command(*lmp, "communicate single vel yes");
   command(*lmp, "region domain block ", low.x(), ' ', high.x(), ' ', low.y(), ' ', high.y(), ' ', low.z(), ' ', high.z(),
@@ -132,7 +140,7 @@ bool Compaction::Engine::is_far_from_sides(const double *x, double radius) const
 {
   bool is_far = container.is_box();
   for (int c = 0; c < container.dim(); ++c)
-    is_far = is_far && x[c] - lower[c] > radius && upper[c] - x[c] > radius;
+    is_far = is_far && (container.is_periodic(c) || (x[c] - lower[c] > radius && upper[c] - x[c] > radius));
   return is_far;
 }
 
@@ -202,15 +210,19 @@ double Compaction::Engine::mean_overlap() const
 {
   const LAMMPS_NS::Atom &atom = *lmp->atom;
   const Eigen::Matrix3Xd positions = Eigen::Map<const Eigen::Matrix3Xd>(atom.x[0], 3, atom.nlocal);
+  Eigen::Vector3d periodic = Eigen::Vector3d::Zero();
+  for (int c = 0; c < container.dim(); ++c)
+    periodic[c] = container.is_periodic(c) ? upper[c] - lower[c] : 0.;
   double largest = 0., sum = 0.;
   long contacts = 0;
   for (int i = 0; i < atom.nlocal; ++i)
     largest = std::max(largest, atom.radius[i]);
-  CellList(positions, 2. * largest)
+  CellList(positions, 2. * largest, periodic)
     .for_each_pair(
       [&](int i, int j)
       {
-        const double overlap = atom.radius[i] + atom.radius[j] - (positions.col(i) - positions.col(j)).norm();
+        const double overlap =
+          atom.radius[i] + atom.radius[j] - shortest_image(positions.col(i) - positions.col(j), periodic).norm();
         if (overlap > 0.)
         {
           sum += overlap;

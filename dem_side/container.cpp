@@ -4,7 +4,7 @@
 namespace kerf::dem
 {
 Container::Container(const PackingSettings &settings, double reach)
-  : m_dim(settings.dim), m_lower(settings.lower), m_upper(settings.upper)
+  : m_dim(settings.dim), m_lower(settings.lower), m_upper(settings.upper), m_periodic(settings.periodic)
 {
   if (settings.surface)
   {
@@ -26,7 +26,14 @@ double Container::area() const
   if (m_surface)
     return m_surface->area();
   const Eigen::Vector3d side = m_upper - m_lower;
-  return m_dim == 2 ? 2. * (side[0] + side[1]) : 2. * (side[0] * side[1] + side[1] * side[2] + side[2] * side[0]);
+  double half = 0.;
+  for (int k = 0; k < m_dim; ++k)
+  {
+    const int normal = (k + m_dim - 1) % m_dim;
+    if (!m_periodic[normal])
+      half += m_dim == 2 ? side[1 - normal] : side[(normal + 1) % 3] * side[(normal + 2) % 3];
+  }
+  return 2. * half;
 }
 
 bool Container::contains(const Eigen::Vector3d &x) const
@@ -46,6 +53,8 @@ const std::vector<Container::Wall> &Container::walls(const Eigen::Vector3d &x, d
   {
     for (int c = 0; c < m_dim; ++c)
     {
+      if (m_periodic[c])
+        continue;
       if (x[c] - m_lower[c] < within)
         m_walls.push_back({x[c] - m_lower[c], Eigen::Vector3d::Unit(c)});
       if (m_upper[c] - x[c] < within)

@@ -19,8 +19,9 @@ public:
   bool is_box() const { return !m_surface; }
   const Eigen::Vector3d &lower() const { return m_lower; } ///< bounding box [m]
   const Eigen::Vector3d &upper() const { return m_upper; }
-  double volume() const; ///< [m^3] (2D: [m^2])
-  double area() const;   ///< of the walls [m^2] (2D: [m])
+  bool is_periodic(int axis) const { return m_periodic[axis]; } ///< no walls across this axis
+  double volume() const;                                        ///< [m^3] (2D: [m^2])
+  double area() const;                                          ///< of the walls [m^2] (2D: [m])
   bool contains(const Eigen::Vector3d &x) const;
 
   /// A wall close to a particle.
@@ -36,6 +37,7 @@ public:
 private:
   int m_dim;
   Eigen::Vector3d m_lower, m_upper;
+  std::array<bool, 3> m_periodic;
   std::unique_ptr<ClosedSurface> m_surface;
   mutable std::vector<Wall> m_walls;
 };

@@ -49,7 +49,7 @@ void check(const Settings &s)
   if (!(s.local_damping >= 0. && s.local_damping < 1.))
     error << "local damping must be in [0, 1), not " << s.local_damping << "; ";
   for (int c = 0; c < s.packing->dim; ++c)
-    if (!(s.domain_lower[c] < s.domain_upper[c]))
+    if (s.packing->periodic[c] == 0. && !(s.domain_lower[c] < s.domain_upper[c]))
       error << "side "
             << "xyz"[c] << " of the particle domain is empty; ";
   if (!error.str().empty())
@@ -85,11 +85,16 @@ struct DemSide::Engine
       throw std::logic_error(std::string("DemSide::") + caller + " needs setup() after insert() or set_weights()");
   }
   void check(const std::vector<NewParticle> &particles) const;
+  Eigen::Vector3d place_of(const NewParticle &particle) const
+  {
+    return packing.wrapped(packing.positions.col(particle.index) + particle.displacement);
+  }
   void make(const NewParticle &particle);
   std::int64_t n_bonds_to_fresh() const;
   void update_masses();
   void notice_leavers();
   void stop_if_overstretched() const;
+  void check_periodic_sides(double reach) const;
 };
 
 DemSide::Engine::Engine(const Settings &s)
@@ -98,19 +103,28 @@ DemSide::Engine::Engine(const Settings &s)
 {
   const bool flat = packing.dim == 2;
   const double half_thickness = packing.mean_diameter; // in 2D the box only has to contain z = 0
-  const Eigen::Vector3d &lower = s.domain_lower, &upper = s.domain_upper;
+  for (int c = 0; c < packing.dim; ++c)
+    if (packing.periodic[c] > 0.)
+    {
+      settings.domain_lower[c] = packing.lower[c];
+      settings.domain_upper[c] = packing.lower[c] + packing.periodic[c];
+    }
+  const Eigen::Vector3d &lower = settings.domain_lower, &upper = settings.domain_upper;
+  const double reach = list_reach(packing, s.bond);
+  check_periodic_sides(reach);
   command(*lmp, "units si");
   command(*lmp, "dimension ", packing.dim);
   command(*lmp, "atom_style granular");
   command(*lmp, "atom_modify map array");
-  command(*lmp, flat ? "boundary f f p" : "boundary f f f");
+  const auto boundary = [&](int c) { return packing.periodic[c] > 0. || c == packing.dim ? 'p' : 'f'; };
+  command(*lmp, "boundary ", boundary(0), ' ', boundary(1), ' ', boundary(2));
   command(*lmp, "newton off");
   command(*lmp, "communicate single vel yes");
   command(*lmp, "region domain block ", lower.x(), ' ', upper.x(), ' ', lower.y(), ' ', upper.y(), ' ',
           flat ? -half_thickness : lower.z(), ' ', flat ? half_thickness : upper.z(), " units box");
   command(*lmp, "create_box 1 domain");
-  command(*lmp, "neighbor ", 0.25 * packing.mean_diameter, " bin");
-  command(*lmp, "neigh_modify delay 0 every 1 check yes contact_distance_factor ", list_reach(packing, s.bond));
+  command(*lmp, "neighbor ", list_skin(packing), " bin");
+  command(*lmp, "neigh_modify delay 0 every 1 check yes contact_distance_factor ", reach);
   style = RockBondStyle::install(*lmp, {&packing, &stored_bonds, s.bond, s.time_step, s.local_damping});
   command(*lmp, "timestep ", s.time_step);
   command(*lmp, "fix motion all nve/sphere");
@@ -123,6 +137,21 @@ DemSide::Engine::Engine(const Settings &s)
   lmp->update->whichflag = 1;
   lmp->update->firststep = lmp->update->beginstep = 0;
   lmp->update->laststep = lmp->update->endstep = std::int64_t(1) << 60;
+}
+
+/// LIGGGHTS tells pairs by their tags: no particle may see two images of another one.
+void DemSide::Engine::check_periodic_sides(double reach) const
+{
+  const double least = 2. * (reach * 2. * packing.radii.maxCoeff() + list_skin(packing));
+  for (int c = 0; c < packing.dim; ++c)
+    if (packing.periodic[c] > 0. && packing.periodic[c] <= least)
+    {
+      std::ostringstream error;
+      error << "particles: side "
+            << "xyz"[c] << " of the periodic box is " << packing.periodic[c] << " m long, it must be longer than " << least
+            << " m, twice the reach of the neighbour lists";
+      throw std::invalid_argument(error.str());
+    }
 }
 
 void DemSide::Engine::check(const std::vector<NewParticle> &particles) const
@@ -138,7 +167,7 @@ void DemSide::Engine::check(const std::vector<NewParticle> &particles) const
     else
     {
       listed[particle.index] = 1;
-      const Eigen::Vector3d position = packing.positions.col(particle.index) + particle.displacement;
+      const Eigen::Vector3d position = place_of(particle);
       for (int c = 0; c < packing.dim; ++c)
         if (!(position[c] >= settings.domain_lower[c] && position[c] < settings.domain_upper[c]))
         {
@@ -158,7 +187,7 @@ void DemSide::Engine::check(const std::vector<NewParticle> &particles) const
 void DemSide::Engine::make(const NewParticle &particle)
 {
   LAMMPS_NS::Atom &atom = *lmp->atom;
-  Eigen::Vector3d position = packing.positions.col(particle.index) + particle.displacement;
+  Eigen::Vector3d position = place_of(particle);
   atom.avec->create_atom(1, position.data());
   const int i = atom.nlocal - 1;
   atom.tag[i] = particle.index + 1;
@@ -247,7 +276,7 @@ void DemSide::insert(const std::vector<NewParticle> &particles)
   std::int64_t made = 0;
   for (const NewParticle &particle : particles)
   {
-    const Eigen::Vector3d position = e.packing.positions.col(particle.index) + particle.displacement;
+    const Eigen::Vector3d position = e.place_of(particle);
     bool mine = true;
     for (int c = 0; c < e.packing.dim; ++c)
       mine = mine && position[c] >= domain.sublo[c] && position[c] < domain.subhi[c];

@@ -32,10 +32,11 @@ struct Settings
   MPI_Comm comm = MPI_COMM_WORLD;
   const Packing *packing = nullptr; ///< the store, kept alive by the caller, the same on every rank
   BondParameters bond;
-  double density = 0.;                        ///< of a particle, rock density / solid fraction [kg/m^3]
-  double local_damping = 0.;                  ///< Cundall's non-viscous damping, F -= a |F| v/|v|, [0, 1)
-  double time_step = 0.;                      ///< [s]
-  Eigen::Vector3d domain_lower, domain_upper; ///< particles outside are taken out and counted [m]
+  double density = 0.;       ///< of a particle, rock density / solid fraction [kg/m^3]
+  double local_damping = 0.; ///< Cundall's non-viscous damping, F -= a |F| v/|v|, [0, 1)
+  double time_step = 0.;     ///< [s]
+  /// Particles outside are taken out and counted [m]; along the periodic axes of the packing its box is the domain.
+  Eigen::Vector3d domain_lower, domain_upper;
 };
 
 /// A stored particle and the state it starts with.
@@ -55,7 +56,7 @@ struct Particles
 {
   int n = 0;
   const int *index = nullptr;              ///< in the packing, n values
-  Vectors position{nullptr, 3, 0};         ///< [m]
+  Vectors position{nullptr, 3, 0};         ///< [m]; in a periodic packing of one image, see Packing::displacement()
   Vectors velocity{nullptr, 3, 0};         ///< in the hook: at the half step [m/s]
   Vectors angular_velocity{nullptr, 3, 0}; ///< [rad/s]
   Vectors force{nullptr, 3, 0};            ///< [N]

@@ -110,13 +110,13 @@ Eigen::VectorXd laguerre_volumes(const Packing &packing, const std::vector<char>
     return volumes;
   const double unit = packing.radii.maxCoeff() * 2., sight = 2.5 * unit;
   std::vector<std::vector<std::pair<double, int>>> neighbours(packing.size());
-  CellList(packing.positions, sight)
+  CellList(packing.positions, sight, packing.periodic)
     .for_each_pair(
       [&](int i, int j)
       {
         if (!wanted[i] && !wanted[j])
           return;
-        const double distance = (packing.positions.col(j) - packing.positions.col(i)).norm();
+        const double distance = packing.branch(i, j).norm();
         if (distance >= sight || distance == 0.)
           return;
         if (wanted[i])
@@ -138,7 +138,7 @@ Eigen::VectorXd laguerre_volumes(const Packing &packing, const std::vector<char>
       const double offset = (distance * distance + power) / (2. * distance) / unit;
       if (offset > radius)
         continue;
-      cell.cut((packing.positions.col(j) - packing.positions.col(i)) / distance, offset);
+      cell.cut(packing.branch(i, j) / distance, offset);
       radius = cell.radius();
     }
     volumes[i] = cell.volume() * std::pow(unit, packing.dim);

@@ -37,6 +37,19 @@ double Packing::coordination() const
   return size() ? 2. * double(bonds.size()) / size() : 0.;
 }
 
+Eigen::Vector3d Packing::wrapped(Eigen::Vector3d position) const
+{
+  for (int c = 0; c < 3; ++c)
+    if (periodic[c] > 0.)
+    {
+      position[c] -= periodic[c] * std::floor((position[c] - lower[c]) / periodic[c]);
+      // Just below the lower side the sum may round to the upper one, which belongs to the next box.
+      if (position[c] >= upper[c] || position[c] < lower[c])
+        position[c] = lower[c];
+    }
+  return position;
+}
+
 void bond_by_gap(Packing &packing, double gap_tolerance)
 {
   packing.gap_tolerance = gap_tolerance;
@@ -48,17 +61,13 @@ void bond_by_gap(Packing &packing, double gap_tolerance)
   for (int i = 0; i < n; ++i)
     sum += packing.radii[i];
   const double largest_gap = gap_tolerance * sum / n;
-  const CellList cells(packing.positions, 2. * packing.radii.maxCoeff() + largest_gap);
+  const CellList cells(packing.positions, 2. * packing.radii.maxCoeff() + largest_gap, packing.periodic);
   cells.for_each_pair(
     [&](int i, int j)
     {
       const double reach = packing.radii[i] + packing.radii[j] + largest_gap;
-      double square = 0.;
-      for (int c = 0; c < 3; ++c)
-      {
-        const double d = packing.positions(c, j) - packing.positions(c, i);
-        square += d * d;
-      }
+      const Eigen::Vector3d branch = packing.branch(i, j);
+      const double square = branch[0] * branch[0] + branch[1] * branch[1] + branch[2] * branch[2];
       if (square < reach * reach)
         packing.bonds.push_back({i, j});
     });

@@ -5,7 +5,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,6 +59,31 @@ struct StrengthCalibration
   double n_packings = 0.;           ///< tested
 };
 
+/// The difference of two points, or of their images if these are closer. @param periodic lengths after which space repeats
+/// itself [m], 0: not.
+inline Eigen::Vector3d shortest_image(Eigen::Vector3d difference, const Eigen::Vector3d &periodic)
+{
+  for (int c = 0; c < 3; ++c)
+    if (periodic[c] > 0.)
+      difference[c] -= periodic[c] * std::round(difference[c] / periodic[c]);
+  return difference;
+}
+
+/// Orientation and place of a lattice.
+struct Lattice
+{
+  int row_axis = 0; ///< rows of touching particles along x (0), or y (1) in the triangular lattice
+  /// x of a plane of particles [m]; the particles with lower <= x < upper are taken. Not a number: the block is centred and
+  /// touches no more than the sides.
+  double plane_at = std::numeric_limits<double>::quiet_NaN();
+
+  bool operator==(const Lattice &other) const
+  {
+    const bool both_centred = std::isnan(plane_at) && std::isnan(other.plane_at);
+    return row_axis == other.row_axis && (both_centred || plane_at == other.plane_at);
+  }
+};
+
 /// [m^3], in two dimensions [m^2].
 double box_volume(int dim, const Eigen::Vector3d &lower, const Eigen::Vector3d &upper);
 
@@ -65,11 +92,14 @@ double box_volume(int dim, const Eigen::Vector3d &lower, const Eigen::Vector3d &
 struct Packing
 {
   int dim = 2;
-  std::string kind;                      ///< as PackingSettings::kind
-  unsigned seed = 0;                     ///< of the random packing
-  double gap_tolerance = 0.;             ///< pairs closer than gap_tolerance * mean radius are bonded [-]
-  double mean_diameter = 0.;             ///< [m]
-  Eigen::Vector3d lower, upper;          ///< box that is filled, or around the surface that is filled [m]
+  std::string kind;             ///< as PackingSettings::kind
+  unsigned seed = 0;            ///< of the random packing
+  double gap_tolerance = 0.;    ///< pairs closer than gap_tolerance * mean radius are bonded [-]
+  double mean_diameter = 0.;    ///< [m]
+  Eigen::Vector3d lower, upper; ///< box that is filled, or around the surface that is filled [m]
+  /// Length of the box along the axes across which the packing repeats itself, 0 along the others [m].
+  Eigen::Vector3d periodic = Eigen::Vector3d::Zero();
+  Lattice lattice;                       ///< what a lattice was made with
   double volume_filled = 0.;             ///< [m^3] (2D: [m^2]); 0: the box
   Eigen::Matrix3Xd positions;            ///< centres [m]
   Eigen::VectorXd radii;                 ///< [m]
@@ -82,6 +112,15 @@ struct Packing
   double volume(int i) const;    ///< pi r^2 (2D) or 4/3 pi r^3 (3D)
   double solid_fraction() const; ///< volume of the particles / volume that is filled
   double coordination() const;   ///< bonds a particle, 2 n_bonds / n
+
+  /// The difference of two points, or of their images if these are closer (minimum image) [m].
+  Eigen::Vector3d shortest(const Eigen::Vector3d &difference) const { return shortest_image(difference, periodic); }
+  /// From particle i to particle j as stored [m].
+  Eigen::Vector3d branch(int i, int j) const { return shortest(positions.col(j) - positions.col(i)); }
+  /// How far a particle that is now at @p position, or at an image of it, has come from its stored centre [m].
+  Eigen::Vector3d displacement(int i, const Eigen::Vector3d &position) const { return shortest(position - positions.col(i)); }
+  /// The image of a point in the half-open box [lower, upper) along periodic axes [m].
+  Eigen::Vector3d wrapped(Eigen::Vector3d position) const;
 };
 
 struct PackingSettings
@@ -95,6 +134,8 @@ struct PackingSettings
   double radius_spread = 0.4;                      ///< radii uniform in mean (1 - s, 1 + s) [-]
   double gap_tolerance = 0.1;                      ///< [-]
   unsigned seed = 1;
+  std::array<bool, 3> periodic = {{false, false, false}}; ///< axes across which the packing repeats itself; not x
+  Lattice lattice;
 };
 
 /// Called now and then with the done fraction in [0, 1] and a short text.

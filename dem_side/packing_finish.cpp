@@ -6,27 +6,21 @@ namespace kerf::dem
 {
 namespace
 {
-double distance(const Eigen::Matrix3Xd &positions, int i, int j)
+double length(const Eigen::Vector3d &v)
 {
-  double square = 0.;
-  for (int c = 0; c < 3; ++c)
-  {
-    const double d = positions(c, j) - positions(c, i);
-    square += d * d;
-  }
-  return std::sqrt(square);
+  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); // not Eigen's norm(): its order depends on the machine
 }
 } // namespace
 
 void remove_overlaps(Packing &packing, double allowed)
 {
   double factor = 1.;
-  CellList(packing.positions, 2. * packing.radii.maxCoeff())
+  CellList(packing.positions, 2. * packing.radii.maxCoeff(), packing.periodic)
     .for_each_pair(
       [&](int i, int j)
       {
         const double sum = packing.radii[i] + packing.radii[j];
-        factor = std::min(factor, (distance(packing.positions, i, j) + allowed) / sum);
+        factor = std::min(factor, (length(packing.branch(i, j)) + allowed) / sum);
       });
   packing.radii *= factor;
 }
@@ -42,11 +36,11 @@ void hold_rattlers(Packing &packing, const Container &container, double largest_
   }
   std::vector<std::vector<int>> cage(packing.size());
   const double sight = 4. * largest_radius;
-  CellList(packing.positions, sight)
+  CellList(packing.positions, sight, packing.periodic)
     .for_each_pair(
       [&](int i, int j)
       {
-        if (distance(packing.positions, i, j) >= sight)
+        if (length(packing.branch(i, j)) >= sight)
           return;
         if (holds[i] < 2)
           cage[i].push_back(j);
@@ -65,14 +59,12 @@ void hold_rattlers(Packing &packing, const Container &container, double largest_
       double free = 1e300;
       for (const int j : cage[i])
       {
-        double square = 0.;
-        for (int c = 0; c < 3; ++c)
-          square += (x[c] - packing.positions(c, j)) * (x[c] - packing.positions(c, j));
-        const double d = std::sqrt(square);
+        const Eigen::Vector3d from = packing.displacement(j, x);
+        const double d = length(from);
         if (d - packing.radii[j] < free)
         {
           free = d - packing.radii[j];
-          away = (x - packing.positions.col(j)) / d;
+          away = from / d;
         }
       }
       for (const Container::Wall &wall : container.walls(x, std::min(free, largest_radius)))
@@ -95,7 +87,7 @@ void hold_rattlers(Packing &packing, const Container &container, double largest_
       }
       x += step * away;
     }
-    packing.positions.col(i) = best;
+    packing.positions.col(i) = packing.wrapped(best);
     packing.radii[i] = std::max(packing.radii[i], std::min(best_free, largest_radius));
   }
 }

@@ -15,6 +15,23 @@ namespace
 constexpr double largest_overlap = 1e-3; ///< between particles of the finished packing [mean radii]
 constexpr double wanted_accuracy = 5e-3; ///< of the mean diameter
 
+void check_periodic(const PackingSettings &settings, std::ostringstream &error)
+{
+  const bool is_lattice = settings.kind != "random", repeats = settings.periodic[1] || settings.periodic[2];
+  const int row_axis = settings.lattice.row_axis;
+  if (settings.periodic[0] || (settings.dim == 2 && settings.periodic[2]))
+    error << "packing: periodic axes are y" << (settings.dim == 2 ? "" : " and z") << " in " << settings.dim << " dimensions";
+  else if (repeats && settings.surface)
+    error << "packing: a periodic packing fills a box, not a surface";
+  else if (row_axis != 0 && !(row_axis == 1 && settings.kind == "triangular"))
+    error << "packing: rows along another axis than x are there in the triangular lattice only, along y";
+  else if (!std::isnan(settings.lattice.plane_at) && !is_lattice)
+    error << "packing: a random packing has no planes of particles to place";
+  else if (repeats && is_lattice)
+    if (const std::string misfit = lattice_misfit(settings); !misfit.empty())
+      error << "packing: " << misfit;
+}
+
 void check(const PackingSettings &settings)
 {
   std::ostringstream error;
@@ -43,6 +60,8 @@ void check(const PackingSettings &settings)
         break;
       }
     }
+  if (error.str().empty())
+    check_periodic(settings, error);
   if (!error.str().empty())
     throw std::runtime_error(error.str());
 }
@@ -150,11 +169,12 @@ void approach_jamming(Compaction &compaction, int steps_a_round, const std::func
   }
 }
 
-/// Stretches the positions so that on each side the outermost particle touches the box.
+/// Stretches the positions so that on each side the outermost particle touches the box; periodic axes have no sides.
 void touch_sides(Packing &packing)
 {
   for (int c = 0; c < packing.dim; ++c)
-    for (int round = 0; round < 8; ++round) // stretching may change which particle is the outermost
+    for (int round = 0; round < 8 && packing.periodic[c] == 0.;
+         ++round) // stretching may change which particle is the outermost
     {
       int first = 0, last = 0;
       for (int i = 1; i < packing.size(); ++i)
@@ -197,6 +217,8 @@ void compact(Packing &packing, const PackingSettings &settings, const Container 
                     [&](double done) { report(0.05 + 0.6 * done, "shaking the particles together"); });
   approach_jamming(compaction, 2000, [&](double done) { report(0.65 + 0.3 * done, "approaching jamming"); });
   packing.positions = compaction.positions();
+  for (int i = 0; i < packing.positions.cols(); ++i)
+    packing.positions.col(i) = packing.wrapped(packing.positions.col(i));
   packing.radii = compaction.radii();
 }
 } // namespace
@@ -257,6 +279,8 @@ Packing generate_packing(const PackingSettings &wanted, const Progress &progress
   packing.lower = container.lower();
   packing.upper = container.upper();
   packing.volume_filled = container.volume();
+  for (int c = 0; c < packing.dim; ++c)
+    packing.periodic[c] = settings.periodic[c] ? packing.upper[c] - packing.lower[c] : 0.;
   if (settings.kind == "random")
   {
     packing.seed = settings.seed;
@@ -265,6 +289,7 @@ Packing generate_packing(const PackingSettings &wanted, const Progress &progress
   else
   {
     packing.mean_diameter = settings.mean_diameter;
+    packing.lattice = settings.lattice;
     place_lattice(packing, container);
     // Nearest neighbours have gap 0 (+- round-off), second neighbours 0.83 r at least.
     bond_by_gap(packing, std::clamp(settings.gap_tolerance, 1e-6, 0.5));

@@ -14,11 +14,11 @@ namespace
 double largest_overlap(const Packing &packing)
 {
   double largest = 0.;
-  CellList(packing.positions, 2. * packing.radii.maxCoeff())
+  CellList(packing.positions, 2. * packing.radii.maxCoeff(), packing.periodic)
     .for_each_pair(
       [&](int i, int j)
       {
-        const double distance = (packing.positions.col(i) - packing.positions.col(j)).norm();
+        const double distance = packing.branch(i, j).norm();
         largest = std::max(largest, packing.radii[i] + packing.radii[j] - distance);
       });
   return largest;
@@ -42,7 +42,8 @@ PackingQuality measure_quality(const Packing &packing)
     const Eigen::Vector3d x = packing.positions.col(i);
     double inside = 1e300;
     for (int c = 0; c < packing.dim; ++c)
-      inside = std::min({inside, x[c] - lower[c], upper[c] - x[c]});
+      if (packing.periodic[c] == 0.)
+        inside = std::min({inside, x[c] - lower[c], upper[c] - x[c]});
     in_core[i] = inside > 3. * packing.mean_diameter;
     n_core += in_core[i];
   }
@@ -60,7 +61,7 @@ PackingQuality measure_quality(const Packing &packing)
   for (const auto &[i, j] : packing.bonds)
   {
     const int ends_in_core = in_core[i] + in_core[j];
-    const Eigen::Vector3d n = (packing.positions.col(j) - packing.positions.col(i)).normalized();
+    const Eigen::Vector3d n = packing.branch(i, j).normalized();
     fabric += ends_in_core * n * n.transpose();
     ends += ends_in_core;
   }

@@ -73,6 +73,11 @@ Eigen::Vector3d point(const Hdf5Reader &file, const std::string &name)
 
 void check(const Packing &packing, const Hdf5Reader &file)
 {
+  for (int c = 0; c < 3; ++c)
+    if (packing.periodic[c] != 0. &&
+        !(c < packing.dim &&
+          std::abs(packing.periodic[c] - (packing.upper[c] - packing.lower[c])) <= 1e-9 * std::abs(packing.periodic[c])))
+      file.fail("attribute 'periodic' is not the length of the box, or 0");
   for (int i = 0; i < packing.size(); ++i)
     if (!packing.positions.col(i).allFinite() || !(packing.radii[i] > 0.) || !std::isfinite(packing.radii[i]))
       file.fail("particle " + std::to_string(i) + " has no finite position and positive radius");
@@ -105,6 +110,10 @@ void save_packing(const Packing &packing, const std::string &path)
   file.attribute("lower", three(packing.lower));
   file.attribute("upper", three(packing.upper));
   file.attribute("volume_filled", packing.volume_filled);
+  file.attribute("periodic", three(packing.periodic));
+  file.attribute("lattice_row_axis", packing.lattice.row_axis);
+  if (!std::isnan(packing.lattice.plane_at))
+    file.attribute("lattice_plane_at", packing.lattice.plane_at);
   const auto write = [&](const char *name, double value) { file.attribute(name, value); };
   visit_values(packing.calibration, write);
   file.attribute("axis_young", three(packing.calibration.axis_young));
@@ -145,6 +154,13 @@ Packing load_packing(const std::string &path)
   packing.lower = point(file, "lower");
   packing.upper = point(file, "upper");
   packing.volume_filled = file.number("volume_filled");
+  if (file.has_attribute("periodic")) // stores made before there were periodic ones
+  {
+    packing.periodic = point(file, "periodic");
+    packing.lattice.row_axis = static_cast<int>(file.integer("lattice_row_axis"));
+    if (file.has_attribute("lattice_plane_at"))
+      packing.lattice.plane_at = file.number("lattice_plane_at");
+  }
   const auto read = [&](const char *name, double &value) { value = file.number(name); };
   visit_values(packing.calibration, read);
   packing.calibration.axis_young = point(file, "axis_young");

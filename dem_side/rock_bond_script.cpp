@@ -20,8 +20,7 @@ double list_reach(const Packing &packing, const BondParameters &bond)
   const double stretch = std::clamp(1.5 * bond.R_n / bond.k_n, 0.03 * packing.mean_diameter, 0.2 * packing.mean_diameter);
   double reach = 1.03;
   for (const auto &[a, b] : packing.bonds)
-    reach = std::max(reach, ((packing.positions.col(a) - packing.positions.col(b)).norm() + stretch) /
-                              (packing.radii[a] + packing.radii[b]));
+    reach = std::max(reach, (packing.branch(a, b).norm() + stretch) / (packing.radii[a] + packing.radii[b]));
   return reach;
 }
 

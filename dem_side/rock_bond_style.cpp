@@ -238,7 +238,7 @@ void RockBondStyle::create_bonds()
       const int a = tag[i] - 1, b = tag[j] - 1;
       if (std::max(a, b) >= packing.size() || !(fresh[a] || fresh[b]) || !parameters.stored_bonds->bonded(a, b))
         return;
-      const Eigen::Vector3d stored = packing.positions.col(b) - packing.positions.col(a);
+      const Eigen::Vector3d stored = packing.branch(a, b);
       history.state = PairHistory::intact;
       history.rest_length = stored.norm();
       Eigen::Map<Eigen::Vector3d>(history.vector) = stored / history.rest_length;

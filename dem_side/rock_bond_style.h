@@ -42,6 +42,12 @@ struct RockBondParameters
 /// Largest distance / sum of radii at which a bonded pair must stay in the neighbour lists.
 double list_reach(const Packing &packing, const BondParameters &bond);
 
+/// How much further the lists reach than that [m].
+inline double list_skin(const Packing &packing)
+{
+  return 0.25 * packing.mean_diameter;
+}
+
 /// The rock bond as a granular pair style of LIGGGHTS: all pair forces of a step, then the force hook. The parts that depend on
 /// the dimension are in RockBondLoop. A script names it and gives its parameters (parse_rock_bond_line()); its particles are
 /// those of the store by tag = index + 1, others have no bonds.

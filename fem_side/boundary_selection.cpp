@@ -26,6 +26,8 @@ std::vector<char> faces_with_id(const Mesh &mesh, const int id)
     message << "boundary condition: the mesh has no boundary id " << id << ", it has";
     for (const int other : ids)
       message << ' ' << other;
+    if ((mesh.period.array() > 0.).any())
+      message << " (periodic sides are no boundary)";
     throw std::runtime_error(message.str());
   }
   return selected;

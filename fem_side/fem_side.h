@@ -36,11 +36,12 @@ struct MeshSettings
   Eigen::Vector3d lower = Eigen::Vector3d::Zero(); ///< box corner [m]
   Eigen::Vector3d upper = Eigen::Vector3d::Zero(); ///< box corner [m]
   double cell_size = 0.;                           ///< cell size, inside the fine zone if there is one [m]
-  Eigen::Vector3d fine_lower = Eigen::Vector3d::Zero(); ///< fine zone corner [m]; fine_lower == fine_upper: uniform
-  Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero(); ///< fine zone corner [m]
-  double growth = 1.;                                   ///< ratio of neighbouring cell sizes outside the fine zone, >= 1
-  double largest_cell_size = 0.;                        ///< upper bound of the graded size [m]; 0: none
-  std::vector<RefinedBox> refined;                      ///< local refinement with hanging nodes, of any mesh
+  Eigen::Vector3d fine_lower = Eigen::Vector3d::Zero();   ///< fine zone corner [m]; fine_lower == fine_upper: uniform
+  Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero();   ///< fine zone corner [m]
+  double growth = 1.;                                     ///< ratio of neighbouring cell sizes outside the fine zone, >= 1
+  double largest_cell_size = 0.;                          ///< upper bound of the graded size [m]; 0: none
+  std::vector<RefinedBox> refined;                        ///< local refinement with hanging nodes, of any mesh
+  std::array<bool, 3> periodic = {{false, false, false}}; ///< axes across which the mesh repeats itself: no boundary there
 };
 
 /// Measure of the strain.
@@ -125,7 +126,7 @@ struct BoundaryFace
 };
 
 /// A node without freedom of its own: it moves with its masters, u_s = sum_k w_k u_k, and what it carries of force and mass
-/// goes to them with the same weights (hanging node of a locally refined mesh).
+/// goes to them with the same weights (hanging node of a locally refined mesh, image of a node across a periodic axis).
 struct SlaveNode
 {
   int node = -1;
@@ -137,12 +138,13 @@ struct SlaveNode
 struct Mesh
 {
   int dim = 2;
-  Eigen::Matrix3Xd nodes; ///< reference positions [m]
-  Eigen::MatrixXi cells;  ///< 2^dim x n_cells node numbers, lexicographic order (x runs fastest)
-  std::vector<int> owner; ///< rank that computes a cell
-  std::vector<BoundaryFace> boundary;
-  std::vector<SlaveNode> slaves;            ///< by rising node number
-  std::vector<std::vector<int>> neighbours; ///< of every cell: the cells that share a face or a part of it
+  Eigen::Matrix3Xd nodes;                           ///< reference positions [m]
+  Eigen::MatrixXi cells;                            ///< 2^dim x n_cells node numbers, lexicographic order (x runs fastest)
+  std::vector<int> owner;                           ///< rank that computes a cell
+  std::vector<BoundaryFace> boundary;               ///< without the sides that are joined across a periodic axis
+  Eigen::Vector3d period = Eigen::Vector3d::Zero(); ///< length of the mesh along periodic axes, 0 along others [m]
+  std::vector<SlaveNode> slaves;                    ///< by rising node number
+  std::vector<std::vector<int>> neighbours;         ///< of every cell: the cells that share a face or a part of it
 
   int n_cells() const { return static_cast<int>(cells.cols()); }
   int n_nodes() const { return static_cast<int>(nodes.cols()); }
@@ -205,7 +207,8 @@ public:
   virtual const Eigen::Matrix3Xd &quadrature_points() const = 0;
   virtual const std::vector<int> &owned_cells() const = 0;
 
-  /// Where points [m] of the reference configuration lie (points on a face: any of its cells). Not collective.
+  /// Where points [m] of the reference configuration lie (points on a face: any of its cells), across periodic axes they or
+  /// their images. Not collective.
   virtual std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const = 0;
 
   /// Weight alpha in [0,1] at every quadrature point (same order as quadrature_points()). A cell whose points are all
@@ -238,7 +241,8 @@ public:
   /// Sets displacement [m] and velocity [m/s] of all nodes from functions of the reference position (initial conditions,
   /// tests).
   virtual void set_state(const Eigen::Matrix3Xd &displacement, const Eigen::Matrix3Xd &velocity) = 0;
-  /// All nodal values, gathered on every rank (output, tests): 3 x n_nodes.
+  /// All nodal values, gathered on every rank (output, tests): 3 x n_nodes. Masses and forces of slaves are zero, as their
+  /// masters have them.
   virtual Eigen::Matrix3Xd gather(NodalField field) const = 0;
 
   virtual Energies energies() const = 0;

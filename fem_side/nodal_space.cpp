@@ -2,11 +2,13 @@
 #include "fem_side/nodal_space.h"
 
 #include "fem_side/mesh_builder.h"
+#include "fem_side/periodic_nodes.h"
 
 #include <deal.II/dofs/dof_tools.h>
 #include <deal.II/fe/fe_q.h>
 #include <deal.II/lac/affine_constraints.h>
 
+#include <functional>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -19,9 +21,10 @@ NodalSpace<dim>::NodalSpace(MPI_Comm comm, const MeshSettings &settings)
 {
   fill_mesh();
   find_neighbours();
+  const std::vector<int> images = join_periodic_sides<dim>(settings.periodic, mesh);
   dof_handler.distribute_dofs(element);
   number_nodes();
-  find_hanging_nodes();
+  find_slaves(images);
   make_partitioner();
   number_locally();
 }
@@ -89,30 +92,45 @@ void NodalSpace<dim>::number_nodes()
     }
 }
 
+/// @param images of every node the one that it is an image of, itself if none
 template <int dim>
-void NodalSpace<dim>::find_hanging_nodes()
+void NodalSpace<dim>::find_slaves(const std::vector<int> &images)
 {
   slave_of.assign(mesh.n_nodes(), -1);
-  if (!triangulation->has_hanging_nodes())
-    return;
-  dealii::AffineConstraints<double> constraints;
-  dealii::DoFTools::make_hanging_node_constraints(dof_handler, constraints);
-  constraints.close();
-  std::unordered_map<dealii::types::global_dof_index, int> node_of;
-  for (int node = 0; node < mesh.n_nodes(); ++node)
-    node_of[first_dofs[node]] = node;
-  for (int node = 0; node < mesh.n_nodes(); ++node)
-    if (constraints.is_constrained(first_dofs[node]))
+  // Hanging nodes by the node that they are images of: on joined sides either of the two may be the one that hangs.
+  std::unordered_map<int, std::vector<std::pair<int, double>>> hanging;
+  if (triangulation->has_hanging_nodes())
+  {
+    dealii::AffineConstraints<double> constraints;
+    dealii::DoFTools::make_hanging_node_constraints(dof_handler, constraints);
+    constraints.close();
+    std::unordered_map<dealii::types::global_dof_index, int> node_of;
+    for (int node = 0; node < mesh.n_nodes(); ++node)
+      node_of[first_dofs[node]] = node;
+    for (int node = 0; node < mesh.n_nodes(); ++node)
+      if (constraints.is_constrained(first_dofs[node]) && !hanging.count(images[node]))
+        for (const auto &[dof, weight] : *constraints.get_constraint_entries(first_dofs[node]))
+          hanging[images[node]].emplace_back(node_of.at(dof), weight);
+  }
+  const std::function<void(SlaveNode &, int, double)> add = [&](SlaveNode &slave, const int node, const double weight)
+  {
+    const auto found = hanging.find(images[node]);
+    if (found != hanging.end())
+      for (const auto &[master, share] : found->second)
+        add(slave, master, weight * share);
+    else
     {
-      SlaveNode slave;
-      slave.node = node;
-      for (const auto &[dof, weight] : *constraints.get_constraint_entries(first_dofs[node]))
-      {
-        slave.masters.push_back(node_of.at(dof));
-        slave.weights.push_back(weight);
-      }
+      slave.masters.push_back(images[node]);
+      slave.weights.push_back(weight);
+    }
+  };
+  for (int node = 0; node < mesh.n_nodes(); ++node)
+    if (images[node] != node || hanging.count(node))
+    {
       slave_of[node] = static_cast<int>(mesh.slaves.size());
-      mesh.slaves.push_back(slave);
+      mesh.slaves.emplace_back();
+      mesh.slaves.back().node = node;
+      add(mesh.slaves.back(), node, 1.);
     }
 }
 

@@ -78,7 +78,7 @@ private:
   void fill_mesh();
   void find_neighbours();
   void number_nodes();
-  void find_hanging_nodes();
+  void find_slaves(const std::vector<int> &images);
   void make_partitioner();
   void number_locally();
 

@@ -76,6 +76,7 @@ Interpolation interpolation(const NodalSpace<dim> &space, const int cell, const 
 template <int dim>
 PointLocator<dim>::PointLocator(const NodalSpace<dim> &space) : space(space)
 {
+  lower = space.mesh.nodes.rowwise().minCoeff();
   std::vector<std::pair<Box, int>> boxes;
   for (int cell = 0; cell < space.mesh.n_cells(); ++cell)
   {
@@ -100,7 +101,10 @@ std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &poi
   std::vector<std::pair<Box, int>> candidates;
   for (Eigen::Index i = 0; i < points.cols(); ++i)
   {
-    const q1::Point<dim> point = points.col(i).template head<dim>();
+    q1::Point<dim> point = points.col(i).template head<dim>();
+    for (int d = 0; d < dim; ++d)
+      if (space.mesh.period[d] > 0.)
+        point[d] -= space.mesh.period[d] * std::floor((point[d] - lower[d]) / space.mesh.period[d]);
     dealii::Point<dim> p;
     for (int d = 0; d < dim; ++d)
       p[d] = point[d];
@@ -112,9 +116,14 @@ std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &poi
     {
       const q1::NodalValues<dim> X = space.cell_nodes(candidate.second);
       q1::Point<dim> xi;
-      if (!invert<dim>(X, point, xi) || !(xi.cwiseAbs().maxCoeff() < best))
+      if (!invert<dim>(X, point, xi))
         continue;
-      best = xi.cwiseAbs().maxCoeff();
+      // Of the cells of a point on a face the first one, not the one that round-off prefers: the gradients differ.
+      const double outermost = xi.cwiseAbs().maxCoeff();
+      const bool on_shared_face = result[i].cell >= 0 && std::abs(outermost - best) < 2. * face_tolerance;
+      if (on_shared_face ? candidate.second > result[i].cell : !(outermost < best))
+        continue;
+      best = outermost;
       result[i] = interpolation<dim>(space, candidate.second, X, xi);
     }
   }

@@ -21,6 +21,7 @@ private:
   using Box = dealii::BoundingBox<dim>;
 
   const NodalSpace<dim> &space;
+  Eigen::Vector3d lower; ///< corner of the box around the mesh [m]
   dealii::RTree<std::pair<Box, int>> tree;
 };
 } // namespace kerf::fem

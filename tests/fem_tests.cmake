@@ -11,5 +11,5 @@ kerf_test(fem_verification LABEL fem RANKS 2
   LIBRARIES kerf_fem)
 # Against a one-rank run in the same process.
 kerf_test(fem_ranks LABEL fem RANKS 4
-  SOURCES verification/fem_ranks.cpp unit/fem_exchange.cpp
+  SOURCES verification/fem_ranks.cpp verification/fem_periodic.cpp unit/fem_exchange.cpp
   LIBRARIES kerf_fem)

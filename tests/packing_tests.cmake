@@ -9,7 +9,7 @@ kerf_test(packing_random LABEL dem
   LIBRARIES kerf_generator)
 
 kerf_test(packing_elasticity LABEL dem
-  SOURCES verification/packing_elasticity.cpp verification/packing_frequency.cpp
+  SOURCES verification/packing_elasticity.cpp verification/packing_frequency.cpp verification/periodic_packing.cpp
   LIBRARIES kerf_generator)
 
 kerf_test(packing_solid LABEL dem

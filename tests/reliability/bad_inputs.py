@@ -77,6 +77,12 @@ with tempfile.TemporaryDirectory() as work:
     bad("bad_path", change("0 0.024 0.04402", "0 0.024"), "Tool/Path", "3 numbers")
     bad("bad_boundary", change("subsection Packing", "subsection Boundary\n set Conditions = left: glued\nend\nsubsection Packing"),
         "Boundary/Conditions", "glued", "roller")
+    bad("periodic_along_z_in_2d", change("set Cell size", "set Periodic = z\n  set Cell size"), "Mesh/Periodic", "none or y")
+    bad("held_periodic_side", change("set Cell size", "set Periodic = y\n  set Cell size"), "no boundary id 2", "periodic sides")
+    bad("store_is_not_periodic", lambda text: text.replace("set Cell size", "set Periodic = y\n  set Cell size").replace(
+        "subsection Packing", "subsection Boundary\n set Conditions = left: fixed\nend\nsubsection Packing"),
+        "is not periodic along y", "Mesh/Periodic", more=["--set", "Tool/Kind=none"])
+    bad("plane_is_no_number", change("set Radius spread", "set Plane at = left\n  set Radius spread"), "Packing/Plane at", "'left'")
 
     def with_conditions(conditions):
         return change("subsection Packing", f"subsection Boundary\n set Conditions = {conditions}\nend\nsubsection Packing")

@@ -54,9 +54,11 @@ with tempfile.TemporaryDirectory() as work:
 
     def run(name, mode, *more, ranks=1):
         output = os.path.join(work, f"{name}_{mode}_{ranks}")
-        result = kerf_runner.run(KERF, ["run", case, "--mode", mode, "--output", output, "--set", "Output/History interval=10", *more],
+        result = kerf_runner.run(KERF, ["run", case, "--mode", mode, "--output", output, "--set", "Output/History interval=10",
+                                        "--set", "Output/Snapshots=1", "--set", "Time/End time=2e-4", *more],
                                  ranks=ranks, cwd=work)
-        check(f"{name} in mode {mode} on {ranks} rank(s) ends well", result.returncode == 0, result.stderr.strip()[-300:])
+        check(f"{name} in mode {mode} on {ranks} rank(s) ends well", result.returncode == 0,
+              f"exit code {result.returncode} {result.stderr.strip()[-300:]}")
         return kerf_runner.history(output)
 
     # The same mesh from a file: the same run, but for the last digits of its coordinates.

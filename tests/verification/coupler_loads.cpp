@@ -104,11 +104,13 @@ TEST(FaceShares, AddUpToTheFaces)
   }
 }
 
-// Weight moves both models at the same acceleration: nothing is exchanged, whatever the weights of the overlap.
+// Weight moves both models at the same acceleration: nothing is exchanged, whatever the weights of the overlap. A strong
+// gravity, so that the round-off of bond lengths, k_n x 1e-17 m a step, is below 1e-8 of the speed.
 TEST(CoupledLoads, FreeFall)
 {
   Case settings = lattice_case();
-  settings.gravity = Vector3d(2., -9.81, 0.);
+  settings.gravity = Vector3d(2e4, -9.81e4, 0.);
+  settings.relaxation_steps = 0; // it would look for rest under the weight
   for (const Mode mode : {Mode::fixed, Mode::dem})
   {
     Body body(settings, mode);
@@ -118,16 +120,16 @@ TEST(CoupledLoads, FreeFall)
     double worst = 0.;
     for (int i = 0; i < particles.n; ++i)
       worst = std::max(worst, (Vector3d(particles.velocity.col(i)) - speed).norm());
-    EXPECT_LT(worst, 1e-7 * speed.norm());
+    EXPECT_LT(worst, 1e-8 * speed.norm());
     const EnergyLedger energy = body.model.energies();
     EXPECT_LT(energy.elastic + energy.coupling, 1e-10 * energy.kinetic);
     EXPECT_NEAR(energy.boundary_work, energy.kinetic, 1e-3 * energy.kinetic);
   }
 }
 
-// Bodies under in-situ stress between in-situ, absorbing, fixed and roller sides stay at rest. What moves is the lattice's
-// skin: a triangular lattice that ends at a plane has half bonds missing there, so tractions by area meet particles that settle
-// by a part of the strain over a row or two; the share of that energy is a row of 30, and most of it stays elastic.
+// Bodies under in-situ stress between in-situ, absorbing and roller sides stay at rest. What moves is the lattice's skin: every
+// other row ends half a diameter before the sides, and at its top half of the bonds are missing, so tractions by area meet
+// particles that settle by a part of the strain over a row or two of 30: a few per cent of the energy, most of it elastic.
 TEST(CoupledLoads, InitialStressStays)
 {
   Case settings = lattice_case();
@@ -142,8 +144,8 @@ TEST(CoupledLoads, InitialStressStays)
     const Eigen::Matrix3d gradient = fem::initial_state(fem_settings(settings, MPI_COMM_SELF)).gradient;
     const double height = 32. * d, transit = height / settings.rock.speed_p();
     body.model.advance(static_cast<int>(3. * transit / body.dt));
-    EXPECT_LT(body.model.energies().kinetic, 0.01 * elastic) << name_of(mode);
-    EXPECT_NEAR(body.model.energies().elastic, elastic, 0.05 * elastic) << name_of(mode);
+    EXPECT_LT(body.model.energies().kinetic, 2e-3 * elastic) << static_cast<int>(mode);
+    EXPECT_NEAR(body.model.energies().elastic, elastic, 0.05 * elastic) << static_cast<int>(mode);
 
     // Mean strains of the particles inside, by least squares, over those of the initial state.
     double sums[4] = {0., 0., 0., 0.};
@@ -163,7 +165,7 @@ TEST(CoupledLoads, InitialStressStays)
     for (double &sum : sums)
       sum = sum_over_ranks(sum);
     for (int c = 0; c < 2 && mode != Mode::fem; ++c)
-      EXPECT_NEAR(sums[2 * c + 1] / sums[2 * c], gradient(c, c), 0.03 * std::abs(gradient(1, 1))) << name_of(mode);
+      EXPECT_NEAR(sums[2 * c + 1] / sums[2 * c], gradient(c, c), 0.04 * std::abs(gradient(1, 1))) << static_cast<int>(mode);
   }
 }
 
