@@ -18,8 +18,7 @@ void CellKernel<dim>::clear()
   n_added = 0;
   node_dofs.clear();
   node_places.clear();
-  node_u.clear();
-  node_f.clear();
+  node_values.clear();
 }
 
 template <int dim>
@@ -32,8 +31,7 @@ int CellKernel<dim>::place_of(const int first_dof)
   {
     node_places[node] = static_cast<int>(node_dofs.size());
     node_dofs.push_back(first_dof);
-    node_u.resize(node_stride<dim> * node_dofs.size(), 0.);
-    node_f.resize(node_stride<dim> * node_dofs.size(), 0.);
+    node_values.resize(node_stride<dim> * node_dofs.size(), 0.);
   }
   return node_stride<dim> * node_places[node];
 }
@@ -56,9 +54,16 @@ void CellKernel<dim>::add_cell(const std::array<int, n> &first_dofs, const q1::N
 template <int dim>
 void CellKernel<dim>::read_nodes(const double *u) const
 {
-  for (std::size_t i = 0; i < node_dofs.size(); ++i)
+  double *node = node_values.data();
+  for (const int dof : node_dofs)
+  {
     for (int c = 0; c < dim; ++c)
-      node_u[node_stride<dim> * i + c] = u[node_dofs[i] + c];
+    {
+      node[c] = u[dof + c];
+      node[node_width<dim> + c] = 0.;
+    }
+    node += node_stride<dim>;
+  }
 }
 
 template <int dim>
@@ -66,16 +71,17 @@ template <typename Law>
 void CellKernel<dim>::subtract_forces(const Law &law, const double *u, double *f) const
 {
   read_nodes(u);
+  double *node = node_values.data(), *node_f = node + node_width<dim>;
   if (integration == Integration::one_point)
-    one_point_cells.add_forces(law, node_u.data(), node_f.data());
+    one_point_cells.add_forces(law, node, node_f);
   else
-    point_cells.add_forces(law, node_u.data(), node_f.data());
-  for (std::size_t i = 0; i < node_dofs.size(); ++i)
+    point_cells.add_forces(law, node, node_f);
+  for (const int dof : node_dofs)
+  {
     for (int c = 0; c < dim; ++c)
-    {
-      f[node_dofs[i] + c] -= node_f[node_stride<dim> * i + c];
-      node_f[node_stride<dim> * i + c] = 0.; // ready for the next call
-    }
+      f[dof + c] -= node_f[c];
+    node_f += node_stride<dim>;
+  }
 }
 
 template <int dim>
@@ -84,8 +90,8 @@ double CellKernel<dim>::energy(const Law &law, const double *u) const
 {
   read_nodes(u);
   if (integration == Integration::one_point)
-    return one_point_cells.energy(law, node_u.data());
-  return point_cells.energy(law, node_u.data());
+    return one_point_cells.energy(law, node_values.data());
+  return point_cells.energy(law, node_values.data());
 }
 
 template <int dim>

@@ -53,8 +53,8 @@ private:
   int n_added = 0;
 
   // Nodes of the cells in the order of the cells, so that what is needed together lies together.
-  std::vector<int> node_dofs;   ///< first component in the caller's vectors
-  std::vector<int> node_places; ///< the other way round, by component / dim; -1: not a node of these cells
-  mutable NodalArray node_u, node_f;
+  std::vector<int> node_dofs;     ///< first component in the caller's vectors
+  std::vector<int> node_places;   ///< the other way round, by component / dim; -1: not a node of these cells
+  mutable NodalArray node_values; ///< displacement and force of each node, see node_stride
 };
 } // namespace kerf::fem

@@ -23,9 +23,13 @@ inline double sum_of_lanes(const Lanes &value)
   return sum;
 }
 
-/// Distance between nodes in the arrays below, in doubles: a node of two or three components is one aligned load or store.
+/// Nodal arrays of the kernels: displacement and force of a node lie side by side, each one aligned load or store of 2 or 4
+/// doubles, so that a cell touches one place a node and loads never meet stores of another array at the same place of a page.
 template <int dim>
-inline constexpr int node_stride = dim == 2 ? 2 : 4;
+inline constexpr int node_width = dim == 2 ? 2 : 4;
+/// Distance between nodes, in doubles.
+template <int dim>
+inline constexpr int node_stride = 2 * node_width<dim>;
 
 namespace lanes
 {

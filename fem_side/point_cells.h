@@ -22,7 +22,7 @@ public:
   /// @p offset: places of the nodes in the arrays below.
   void add_cell(const int (&offset)[n], const CellGeometry<dim> &cell);
 
-  /// f += internal forces [N]. @p u, @p f: nodes at node_stride<dim>.
+  /// f += internal forces [N]. @p u, @p f: first components of the first node, nodes at node_stride<dim>.
   template <typename Law>
   void add_forces(const Law &law, const double *u, double *f) const;
   /// Weighted stored energy [J].

@@ -6,7 +6,7 @@
 
 Everything runs on one core, one after another, in rounds, so that a change of the machine's speed meets all of it; ratios are
 medians of the rounds' ratios, speeds those of the fastest round. With --ranks whole steps are measured on ranks, too, in wall
-time against one rank. Raw data go to results/compare_fem/, the table between the markers <!-- fem:begin --> and <!-- fem:end -->
+time, the fastest round against the fastest of one rank: other load on the machine stops all ranks. Raw data go to results/compare_fem/, the table between the markers <!-- fem:begin --> and <!-- fem:end -->
 of docs/results.md.
 """
 import argparse
@@ -84,7 +84,7 @@ def section(rates, rounds, ranks):
     steps = sorted(name for name in rates if name.startswith("step/") and not name.endswith("/ranks"))
     if ranks > 1 and steps:
         speedups = ", ".join(f"{name.split('/', 1)[1].replace('_boxes', '').replace('/', ' ')} "
-                             f"{ratio(rates, name + '/ranks', name):.2f}" for name in steps)
+                             f"{max(rates[name + '/ranks']) / max(rates[name]):.2f}" for name in steps)
         together = f"\nWhole steps on {ranks} ranks, wall time, are faster than on one by: {speedups}.\n"
     table = "\n".join(lines)
     return f"""Million cells a second of the internal forces on one core, best of {rounds} rounds on {processor()}, and the time over that of
