@@ -151,7 +151,7 @@ SpecimenResult SpecimenRecord::result(int dim) const
     if (s.stress > 0.7 * result.strength)
       break;
     broken = static_cast<double>(s.broken_bonds);
-    if (s.stress < 0.3 * result.strength)
+    if (s.stress < 0.2 * result.strength || s.stress > 0.5 * result.strength)
       continue;
     n += 1.;
     x += s.axial_strain, xx += s.axial_strain * s.axial_strain;

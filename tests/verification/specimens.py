@@ -59,7 +59,7 @@ with tempfile.TemporaryDirectory() as work:
         stress, axial, lateral = (column(ucs, name) for name in ("middle_stress", "axial_strain", "lateral_strain"))
         nominal = column(ucs, "nominal_stress")
         peak = int(np.argmax(nominal))
-        linear = slice(int(np.argmax(nominal > 0.3 * nominal[peak])), int(np.argmax(nominal > 0.7 * nominal[peak])))
+        linear = slice(int(np.argmax(nominal > 0.2 * nominal[peak])), int(np.argmax(nominal > 0.5 * nominal[peak])))
         ratio = np.polyfit(axial[linear], lateral[linear], 1)[0]
         poisson.append(ratio / (1. + ratio))  # plane strain
         young.append(np.polyfit(axial[linear], stress[linear], 1)[0] * (1. - poisson[-1]**2))
