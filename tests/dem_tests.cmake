@@ -45,4 +45,4 @@ endforeach()
 # Minutes: ctest -C long -L dem-long
 add_test(NAME specimens_long COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/verification/specimens.py $<TARGET_FILE:kerf>
          ${CMAKE_SOURCE_DIR}/cases long CONFIGURATIONS long)
-set_tests_properties(specimens_long PROPERTIES LABELS dem-long TIMEOUT 3600)
+set_tests_properties(specimens_long PROPERTIES LABELS dem-long TIMEOUT 3600 PROCESSORS 2)
