@@ -7,35 +7,16 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <map>
 
 namespace kerf
 {
 namespace
 {
-/// Cells that share a face: 2^(dim-1) common nodes.
-std::vector<std::vector<int>> face_neighbours(const fem::Mesh &mesh)
-{
-  static constexpr int faces_2d[4][2] = {{0, 2}, {1, 3}, {0, 1}, {2, 3}}; // lexicographic corners
-  std::map<std::pair<int, int>, int> seen;
-  std::vector<std::vector<int>> neighbours(mesh.n_cells());
-  for (int cell = 0; cell < mesh.n_cells(); ++cell)
-    for (const auto &face : faces_2d)
-    {
-      const auto nodes = std::minmax(mesh.cells(face[0], cell), mesh.cells(face[1], cell));
-      const auto found = seen.emplace(nodes, cell);
-      if (!found.second)
-      {
-        neighbours[cell].push_back(found.first->second);
-        neighbours[found.first->second].push_back(cell);
-      }
-    }
-  return neighbours;
 }
 } // namespace
 
 ActivationRule::ActivationRule(const Case &settings, const fem::Mesh &mesh, MPI_Comm comm)
-  : settings(settings), mesh(mesh), comm(comm), neighbours(face_neighbours(mesh))
+  : settings(settings), mesh(mesh), comm(comm)
 {
 }
 
@@ -85,9 +66,9 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
       if (region[cell])
         continue;
       int outside = 0;
-      for (const int neighbour : neighbours[cell])
+      for (const int neighbour : mesh.neighbours[cell])
         outside += !region[neighbour];
-      if (outside <= 1 && neighbours[cell].size() > static_cast<std::size_t>(outside) + 1)
+      if (outside <= 1 && mesh.neighbours[cell].size() > static_cast<std::size_t>(outside) + 1)
       {
         region[cell] = 1;
         cells.push_back(cell);

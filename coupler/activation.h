@@ -26,7 +26,6 @@ private:
   const Case &settings;
   const fem::Mesh &mesh;
   MPI_Comm comm;
-  std::vector<std::vector<int>> neighbours; // cells that share a face
 };
 
 /// Cells whose centre lies in one of the boxes.

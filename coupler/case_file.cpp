@@ -213,8 +213,10 @@ fem::BoundaryCondition boundary_condition(const Reader &reader, const std::strin
     condition.id = static_cast<int>(side - sides.begin());
   else if (!id.empty() && std::all_of(id.begin(), id.end(), ::isdigit))
     condition.id = std::stoi(id);
+  else if (id.find_first_of("<>=&|") != std::string::npos)
+    condition.where = id;
   else
-    fail("'" + id + "' is no boundary, give a number or left, right, bottom, top, back, front");
+    fail("'" + id + "' is no boundary, give a number, left, right, bottom, top, back, front or an expression such as y < 1e-6");
 
   std::istringstream stream(item.substr(colon + 1));
   std::string kind;
@@ -227,23 +229,41 @@ fem::BoundaryCondition boundary_condition(const Reader &reader, const std::strin
     condition.kind = fem::BoundaryKind::roller;
   else if (kind == "absorbing")
     condition.kind = fem::BoundaryKind::absorbing;
-  else if (kind == "velocity")
+  else if (kind == "in_situ")
+    condition.kind = fem::BoundaryKind::in_situ;
+  else if (kind == "velocity" || kind == "traction")
   {
-    condition.kind = fem::BoundaryKind::velocity;
+    const bool moves = kind == "velocity";
+    condition.kind = moves ? fem::BoundaryKind::velocity : fem::BoundaryKind::traction;
     std::string word;
-    const std::string form = dim == 2 ? "give 'velocity VX VY ramp T'" : "give 'velocity VX VY VZ ramp T'";
+    const std::string x = moves ? "V" : "T";
+    const std::string form =
+      "give '" + kind + ' ' + x + "X " + x + (dim == 2 ? "Y" : "Y " + x + "Z") + " ramp " + (moves ? "T'" : "DURATION'");
     for (int c = 0; c < dim; ++c)
-      if (!(stream >> condition.velocity[c]))
+      if (!(stream >> (moves ? condition.velocity : condition.traction)[c]))
         fail(form);
     if (stream >> word && (word != "ramp" || !(stream >> condition.ramp) || condition.ramp < 0.))
       fail(form);
   }
   else
-    fail("'" + kind + "' is no kind, give free, fixed, roller, absorbing or velocity");
+    fail("'" + kind + "' is no kind, give free, fixed, roller, velocity, traction, in_situ or absorbing");
   std::string rest;
   if (stream >> rest)
     fail("'" + rest + "' is not understood");
   return condition;
+}
+
+Eigen::Matrix3d initial_stress(const Reader &reader, int dim)
+{
+  Eigen::Matrix3d stress = Eigen::Matrix3d::Zero();
+  const auto rows = reader.rows("Loads", "Initial stress", dim == 2 ? 3 : 6);
+  if (rows.size() > 1)
+    reader.fail("Loads", "Initial stress", "is one stress, without ';'");
+  if (!rows.empty() && dim == 2)
+    stress.topLeftCorner<2, 2>() << rows[0][0], rows[0][2], rows[0][2], rows[0][1];
+  else if (!rows.empty())
+    stress << rows[0][0], rows[0][5], rows[0][4], rows[0][5], rows[0][1], rows[0][3], rows[0][4], rows[0][3], rows[0][2];
+  return stress;
 }
 
 template <typename Choice>
@@ -344,6 +364,16 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
         reader.fail("Mesh", "Periodic", "in two dimensions none or y are allowed");
       result.mesh.periodic[c] = result.packing.periodic[c] = true;
     }
+  for (const auto &row : reader.rows("Mesh", "Refine", 2 * dim + 1))
+  {
+    fem::RefinedBox box;
+    for (int c = 0; c < dim; ++c)
+      box.lower[c] = row[c], box.upper[c] = row[dim + c];
+    box.levels = static_cast<int>(row[2 * dim]);
+    if (box.levels != row[2 * dim] || box.levels < 1 || box.levels > 8)
+      reader.fail("Mesh", "Refine", "a cell is halved 1 to 8 times, a whole number");
+    result.mesh.refined.push_back(box);
+  }
   bool extended = true;
   for (int c = 0; c < dim; ++c)
     extended = extended && result.mesh.upper[c] > result.mesh.lower[c];
@@ -351,8 +381,17 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
     reader.fail("Mesh", "Upper corner",
                 std::string("must be larger than the lower corner in ") + (dim == 2 ? "x and y" : "x, y and z"));
 
+  result.strain = choose<fem::Strain>(reader.text("Finite elements", "Strain"),
+                                      {{"finite", fem::Strain::finite}, {"small", fem::Strain::small}});
+  result.integration = choose<fem::Integration>(
+    reader.text("Finite elements", "Integration"),
+    {{"full", fem::Integration::full}, {"selective", fem::Integration::selective}, {"one_point", fem::Integration::one_point}});
+
   for (const std::string &item : split(reader.text("Boundary", "Conditions"), ';'))
     result.boundary_conditions.push_back(boundary_condition(reader, item, dim));
+  result.gravity = reader.point("Loads", "Gravity");
+  result.gravity_ramp = reader.number("Loads", "Gravity ramp");
+  result.initial_stress = initial_stress(reader, dim);
 
   result.packing.kind = reader.text("Packing", "Kind");
   result.packing.mean_diameter = reader.number("Packing", "Mean diameter");
@@ -411,7 +450,8 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.criterion =
     choose<Criterion>(reader.text("Adaptivity", "Criterion"), {{"maximum_principal", Criterion::maximum_principal},
                                                                {"von_mises", Criterion::von_mises},
-                                                               {"mohr_coulomb", Criterion::mohr_coulomb}});
+                                                               {"mohr_coulomb", Criterion::mohr_coulomb},
+                                                               {"drucker_prager", Criterion::drucker_prager}});
   result.sigma_star = reader.number("Adaptivity", "Sigma star");
   result.check_interval = reader.integer("Adaptivity", "Check interval");
   result.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");

@@ -33,7 +33,8 @@ enum class Criterion
 {
   maximum_principal, ///< largest principal stress
   von_mises,
-  mohr_coulomb ///< sigma_1 - sigma_3 f_t/f_c, equal to the tensile strength on the failure line
+  mohr_coulomb,  ///< sigma_1 - sigma_3 f_t/f_c, equal to the tensile strength on the failure line
+  drucker_prager ///< the cone through f_t and f_c, equal to the tensile strength on it
 };
 
 enum class ConstraintMethod
@@ -61,7 +62,12 @@ struct Case
   double compressive_strength = 0.; ///< f_c [Pa], likewise
 
   fem::MeshSettings mesh;
+  fem::Strain strain = fem::Strain::finite;
+  fem::Integration integration = fem::Integration::full;
   std::vector<fem::BoundaryCondition> boundary_conditions;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();        ///< [m/s^2]
+  double gravity_ramp = 0.;                                 ///< [s]
+  Eigen::Matrix3d initial_stress = Eigen::Matrix3d::Zero(); ///< Cauchy [Pa], tension positive
 
   std::string packing_file;         ///< absolute
   std::string packing_surface_file; ///< absolute; empty: the packing fills the mesh
@@ -70,6 +76,7 @@ struct Case
   dem::BondParameters bond; ///< k_n, k_t are filled in from the calibrated store
   double local_damping = 0.;
   bool calibrated_strength = false; ///< R_n, R_t are those of the store
+  bool given_stiffness = false;     ///< bond.k_n, bond.k_t are not those of the store (specimens of a calibration)
 
   struct Calibration
   {
@@ -78,7 +85,7 @@ struct Case
     double transits = 0.;       ///< of a P wave through the specimen during the loading
   } calibration;
 
-  ConstraintMethod constraint = ConstraintMethod::multipliers;
+  ConstraintMethod constraint = ConstraintMethod::penalty_mass_scaled;
   WeightFunction weight_function = WeightFunction::linear;
   double overlap_width = 0.;          ///< [m]
   double penalty_ratio = 0.;          ///< beta (mass scaled), k_DF/k_n (constant) or kappa (diagonal multipliers)

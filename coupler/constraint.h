@@ -16,6 +16,14 @@ struct ConstraintEnergy
   double dissipated = 0.; ///< taken from both sides since the start, springs apart
 };
 
+/// What a constraint leaves to the fluctuations of a random packing about the field of the finite elements.
+enum class Tie
+{
+  spring, ///< each particle by a spring of its own: comes to rest between it and its bonds
+  rigid,  ///< each particle follows its point
+  mean    ///< averages around nodes follow, single particles are free
+};
+
 /// Ties the particles of the overlap to the displacement field of the finite elements:
 /// chi_i = u_i - sum_a N_a(X_i) u_a = 0 (seed, eq. 3). A method decides which forces enforce it. Every method pushes particles
 /// and nodes by opposite forces along the rows of N, which sum to one, and a force that does not act along chi comes with the
@@ -31,6 +39,7 @@ public:
   /// Adds the forces for the present positions, after all other forces of both sides. Collective.
   virtual void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) = 0;
 
+  virtual Tie tie() const = 0;
   virtual ConstraintEnergy energy() const = 0;
   /// Number of constrained particles of the whole model.
   virtual int n_particles() const = 0;

@@ -33,7 +33,7 @@ CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, c
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width),
     activation(settings, fem.mesh(), comm), boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
-    constraint(make_constraint(settings, packing, dt, comm)), watch(settings, packing, comm),
+    loads(settings, fem.mesh(), packing), constraint(make_constraint(settings, packing, dt, comm)), watch(settings, packing, comm),
     cutter(settings.tool, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm), tool_work(dt, comm),
     boundary_work(dt, comm), absorbing_work(dt, comm)
 {
@@ -53,7 +53,8 @@ void CoupledModel::start()
   if (!cells.empty())
     convert(cells);
   conversion_energy = 0.; // what the body starts with is not a change of models
-  initial_energy = energies().held();
+  const EnergyLedger ledger = energies();
+  initial_energy = ledger.held() + ledger.lost() - ledger.work();
 }
 
 void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
@@ -91,9 +92,10 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   }
   clock.lap(Part::tool);
   boundary.damp(particles, absorbing_work);
+  loads.apply(particles, now, boundary_work);
   clock.lap(Part::dem);
 
-  if (!relaxing)
+  if (!relaxing || constraint->tie() == Tie::spring)
     constraint->apply(phase, particles, fem_side); // sees all other forces
   clock.lap(Part::exchange);
 
@@ -140,11 +142,9 @@ void CoupledModel::convert(const std::vector<int> &cells)
   event.energy_before = energies().held();
   event.cells = static_cast<int>(cells.size());
 
-  // Weights of the overlap change, and what was at rest in it is so no longer.
-  std::vector<dem::NewParticle> unsettled;
-  for (const TiedParticle &particle : boundary.movable(regions.tied_particles()))
-    if (dem_side->is_active()[particle.index])
-      unsettled.emplace_back().index = particle.index;
+  std::vector<int> reweighted;
+  for (const TiedParticle &particle : active_ties())
+    reweighted.push_back(particle.index);
   regions.convert(cells);
   // Project while the finite elements still carry the field everywhere.
   const std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_active(), comm);
@@ -152,20 +152,13 @@ void CoupledModel::convert(const std::vector<int> &cells)
 
   fem_side.set_weights(regions.fe_weights());
   dem_side->insert(particles);
-  if (mode != Mode::dem) // there particles start where bonds are at rest
-  {
-    unsettled.insert(unsettled.end(), particles.begin(), particles.end());
-    relax_new(unsettled);
-  }
-  dem_side->set_weights(regions.de_weights());
-  std::vector<TiedParticle> tied;
-  for (const TiedParticle &particle : boundary.movable(regions.tied_particles()))
-    if (dem_side->is_active()[particle.index]) // not those that left the domain
-      tied.push_back(particle);
-  constraint->set_particles(tied);
-  set_up_forces();
+  constraint->set_particles(active_ties());
+  std::vector<int> fresh;
+  for (const dem::NewParticle &particle : particles)
+    fresh.push_back(particle.index);
+  settle(fresh, reweighted);
   if (mode == Mode::adaptive)
-    watch.check(fem_side, regions, tied, dem_side->is_active(), cells, dt);
+    watch.check(fem_side, regions, active_ties(), dem_side->is_active(), cells, dt);
 
   event.after = take_inventory(fem_side, *dem_side, comm);
   event.energy_after = energies().held();
@@ -173,30 +166,52 @@ void CoupledModel::convert(const std::vector<int> &cells)
   activation_events.push_back(event);
 }
 
-/// With full weights: the places where particles of a random packing rest do not depend on how stiffness is shared, and
-/// weights would load them with forces that the finite elements balance. The outermost particles miss bonds and stay; so do
-/// damaged ones, whose contacts would take the move for sliding.
-void CoupledModel::relax_new(const std::vector<dem::NewParticle> &particles)
+/// The ties of the present overlap to particles that did not leave the domain.
+std::vector<TiedParticle> CoupledModel::active_ties() const
 {
-  if (settings.relaxation_steps == 0)
-    return;
-  const std::vector<char> &active = dem_side->is_active();
-  const std::vector<char> damaged = damaged_particles();
-  std::vector<int> inner;
-  for (const dem::NewParticle &particle : particles)
+  std::vector<TiedParticle> ties;
+  for (const TiedParticle &particle : boundary.movable(regions.tied_particles()))
+    if (dem_side->is_active()[particle.index])
+      ties.push_back(particle);
+  return ties;
+}
+
+/// Gives the particles their weights and moves those of a random packing to places where they rest: the projected field is
+/// smooth, they fluctuate about it, and let go they would ring and overload bonds. Velocities stay as projected.
+void CoupledModel::settle(const std::vector<int> &fresh, const std::vector<int> &reweighted)
+{
+  const Tie tie = constraint->tie();
+  // In mode dem particles start where bonds are at rest.
+  const bool at_rest = settings.relaxation_steps == 0 || (mode == Mode::dem && settings.initial_stress.norm() == 0.);
+  std::vector<int> moving = fresh;
+  if (tie == Tie::rigid)
+    for (const TiedParticle &particle : active_ties())
+      moving.erase(std::remove(moving.begin(), moving.end(), particle.index), moving.end());
+  if (tie == Tie::mean)
   {
-    if (damaged[particle.index])
-      continue;
-    const auto partners = regions.bonds().partners_of(particle.index);
-    if (std::all_of(partners.begin(), partners.end(), [&](int partner) { return active[partner]; }))
-      inner.push_back(particle.index);
+    // With full weights: the places of rest do not depend on how stiffness is shared, and weights would load particles with
+    // forces that the finite elements balance. What was at rest in the old overlap is so no longer. The outermost particles miss
+    // bonds and stay; so do damaged ones, whose contacts would take the move for sliding.
+    moving.insert(moving.end(), reweighted.begin(), reweighted.end());
+    const std::vector<char> damaged = damaged_particles();
+    const auto stays = [&](int i)
+    {
+      const auto partners = regions.bonds().partners_of(i);
+      return damaged[i] ||
+             !std::all_of(partners.begin(), partners.end(), [&](int partner) { return dem_side->is_active()[partner]; });
+    };
+    moving.erase(std::remove_if(moving.begin(), moving.end(), stays), moving.end());
   }
-  if (inner.empty())
-    return;
-  relaxing = true;
-  dem_side->set_weights(Eigen::VectorXd::Ones(packing.size()));
-  relax(settings, packing, inner, *dem_side, [this] { set_up_forces(); });
-  relaxing = false;
+  dem_side->set_weights(tie == Tie::mean && !at_rest ? Eigen::VectorXd(Eigen::VectorXd::Ones(packing.size()))
+                                                     : regions.de_weights());
+  if (!at_rest)
+  {
+    relaxing = true;
+    relax(settings, packing, moving, *dem_side, [this] { set_up_forces(); });
+    relaxing = false;
+    dem_side->set_weights(regions.de_weights());
+  }
+  set_up_forces();
 }
 
 /// By index in the packing: has a broken bond.

@@ -9,6 +9,7 @@
 #include "coupler/overlap.h"
 #include "coupler/particle_boundary.h"
 #include "coupler/stable_step.h"
+#include "coupler/particle_loads.h"
 #include "coupler/step_timer.h"
 #include "coupler/tool.h"
 
@@ -68,7 +69,8 @@ public:
 private:
   void cycle(dem::Phase phase, dem::Particles &particles);
   void convert(const std::vector<int> &cells);
-  void relax_new(const std::vector<dem::NewParticle> &particles);
+  std::vector<TiedParticle> active_ties() const;
+  void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted);
   std::vector<char> damaged_particles() const;
   void set_up_forces();
 
@@ -83,6 +85,7 @@ private:
   Overlap regions;
   ActivationRule activation;
   ParticleBoundary boundary;
+  ParticleLoads loads;
   std::unique_ptr<Constraint> constraint;
   StabilityWatch watch;
   Tool cutter;

@@ -73,19 +73,43 @@ void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Co
     }
   packed = gather_all(packed, MPI_DOUBLE, comm);
 
+  std::unordered_map<int, const fem::SlaveNode *> slaves;
+  for (const fem::SlaveNode &slave : mesh.slaves)
+    slaves.emplace(slave.node, &slave);
   const int n_corners = static_cast<int>(mesh.cells.rows()), n = dim * n_corners;
   for (std::size_t k = 0; k < packed.size(); k += 1 + n * n)
   {
     Cell cell;
+    std::vector<int> masters;
+    Eigen::MatrixXd share = Eigen::MatrixXd::Zero(n_corners, 8); // of each corner's motion that each master gives
     for (int a = 0; a < n_corners; ++a)
     {
       const int node = mesh.cells(a, static_cast<int>(packed[k]));
-      const auto entry = node_place.emplace(node, static_cast<int>(nodes.size()));
-      if (entry.second)
-        nodes.push_back(node);
-      cell.dof[a] = dim * entry.first->second;
+      const auto add = [&](int master, double weight)
+      {
+        const auto place = std::find(masters.begin(), masters.end(), master) - masters.begin();
+        if (place == static_cast<std::ptrdiff_t>(masters.size()))
+          masters.push_back(master);
+        share(a, place) += weight;
+      };
+      if (const auto slave = slaves.find(node); slave != slaves.end())
+        for (std::size_t m = 0; m < slave->second->masters.size(); ++m)
+          add(slave->second->masters[m], slave->second->weights[m]);
+      else
+        add(node, 1.);
     }
-    cell.K = Eigen::Map<const Eigen::MatrixXd>(&packed[k + 1], n, n);
+    Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(n, dim * masters.size()); // of the corners by that of the masters
+    for (std::size_t m = 0; m < masters.size(); ++m)
+    {
+      const auto entry = node_place.emplace(masters[m], static_cast<int>(nodes.size()));
+      if (entry.second)
+        nodes.push_back(masters[m]);
+      cell.dof.push_back(dim * entry.first->second);
+      for (int a = 0; a < n_corners; ++a)
+        for (int c = 0; c < dim; ++c)
+          motion(dim * a + c, dim * m + c) = share(a, m);
+    }
+    cell.K = motion.transpose() * Eigen::Map<const Eigen::MatrixXd>(&packed[k + 1], n, n) * motion;
     cells.push_back(cell);
   }
 }
@@ -195,14 +219,15 @@ double CoupledOperator::tie_coefficient(const Tie &tie, double dt) const
 /// force += K x of both sides.
 void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force) const
 {
-  const int n_corners = dim == 2 ? 4 : 8;
-  Eigen::VectorXd local(dim * n_corners), cell_force(dim * n_corners);
+  Eigen::VectorXd local, cell_force;
   for (const Cell &cell : cells)
   {
-    for (int a = 0; a < n_corners; ++a)
+    const int n = static_cast<int>(cell.dof.size());
+    local.resize(dim * n);
+    for (int a = 0; a < n; ++a)
       local.segment(dim * a, dim) = x.segment(cell.dof[a], dim);
     cell_force.noalias() = cell.K * local;
-    for (int a = 0; a < n_corners; ++a)
+    for (int a = 0; a < n; ++a)
       force.segment(cell.dof[a], dim) += cell_force.segment(dim * a, dim);
   }
   network->add_product(x.tail(network->n_dofs()), force.tail(network->n_dofs()));

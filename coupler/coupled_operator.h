@@ -46,8 +46,8 @@ private:
   };
   struct Cell
   {
-    std::array<int, 8> dof; ///< first ones, -1: not there
-    fem::CellStiffness K;
+    std::vector<int> dof; ///< first one of each node
+    fem::CellStiffness K; ///< of those nodes: slaves have given theirs to their masters
   };
   /// lambda of a fixed motion as a polynomial in the step: square dt^2 + linear dt + constant.
   struct Quotient

@@ -15,6 +15,12 @@ double stress_measure(Criterion criterion, const Eigen::Matrix<double, 6, 1> &si
     const double a = sigma[0] - sigma[1], b = sigma[1] - sigma[2], c = sigma[2] - sigma[0];
     return std::sqrt(0.5 * (a * a + b * b + c * c) + 3. * sigma.tail<3>().squaredNorm());
   }
+  if (criterion == Criterion::drucker_prager)
+  {
+    const double ratio = tensile_strength / compressive_strength;
+    const double von_mises = stress_measure(Criterion::von_mises, sigma, 0., 0.); // sqrt(3 J_2)
+    return 0.5 * ((1. + ratio) * von_mises + (1. - ratio) * sigma.head<3>().sum());
+  }
   Eigen::Matrix3d tensor;
   tensor << sigma[0], sigma[5], sigma[4], sigma[5], sigma[1], sigma[3], sigma[4], sigma[3], sigma[2];
   // Not computeDirect(): its closed form is good to half the digits only.

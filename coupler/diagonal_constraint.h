@@ -27,6 +27,7 @@ public:
 
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
+  Tie tie() const override { return Tie::rigid; }
   ConstraintEnergy energy() const override { return {0., -work.local()}; }
   int n_particles() const override { return links.n_particles(); }
 

@@ -20,7 +20,7 @@ struct EnergyLedger
   double boundary_work = 0.;
   double tool_work = 0.;  ///< on both sides: force times the way of what it acts on
   double conversion = 0.; ///< came in by changes of models: energy after less energy before each of them
-  double initial = 0.;    ///< held() at the start
+  double initial = 0.;    ///< held() + lost() - work() at the start
 
   /// What the body holds now.
   double held() const { return kinetic + finite_step + elastic + coupling; }

@@ -53,7 +53,8 @@ bool same(const ParticleBoundary::Role &a, const ParticleBoundary::Role &b)
 class ScriptWriter
 {
 public:
-  explicit ScriptWriter(const ScriptContents &contents) : c(contents), flat(contents.packing.dim == 2)
+  explicit ScriptWriter(const ScriptContents &contents)
+    : c(contents), flat(contents.packing.dim == 2), box(dem::engine_box(contents.particles))
   {
     types.emplace_back();
     for (int i = 0; i < c.packing.size(); ++i)
@@ -70,20 +71,12 @@ public:
 
   void write_particles(ExactStream &out) const
   {
-    Vector3d lower = c.particles.domain_lower, upper = c.particles.domain_upper;
-    for (int axis = 0; axis < c.packing.dim; ++axis)
-      if (c.packing.periodic[axis] > 0.)
-      {
-        lower[axis] = c.packing.lower[axis];
-        upper[axis] = lower[axis] + c.packing.periodic[axis];
-      }
-    const double half_thickness = c.packing.mean_diameter; // in 2D the box only has to contain z = 0
     out << "# particles of " << c.settings.name << ": tag = index in the store + 1\n\n"
         << c.packing.size() << " atoms\n"
         << types.size() << " atom types\n\n"
-        << lower[0] << ' ' << upper[0] << " xlo xhi\n"
-        << lower[1] << ' ' << upper[1] << " ylo yhi\n"
-        << (flat ? -half_thickness : lower[2]) << ' ' << (flat ? half_thickness : upper[2]) << " zlo zhi\n\n"
+        << box.lower[0] << ' ' << box.upper[0] << " xlo xhi\n"
+        << box.lower[1] << ' ' << box.upper[1] << " ylo yhi\n"
+        << box.lower[2] << ' ' << box.upper[2] << " zlo zhi\n\n"
         << "Atoms\n\n";
     for (int i = 0; i < c.packing.size(); ++i)
       out << i + 1 << ' ' << type_of[i] << ' ' << 2. * c.packing.radii[i] << ' ' << c.particles.density << ' '
@@ -111,8 +104,6 @@ private:
     return list.empty() ? "" : "type" + list;
   }
 
-  char boundary(int axis) const { return c.packing.periodic[axis] > 0. || axis == c.packing.dim ? 'p' : 'f'; }
-
   void write_head(ExactStream &out) const
   {
     out << "# " << c.settings.name << ": mode dem of kerf, " << c.packing.size() << " particles; SI units"
@@ -121,7 +112,7 @@ private:
         << "dimension     " << c.packing.dim << "\n"
         << "atom_style    granular\n"
         << "atom_modify   map array\n"
-        << "boundary      " << boundary(0) << ' ' << boundary(1) << ' ' << boundary(2) << "\n"
+        << "boundary      " << box.boundary[0] << ' ' << box.boundary[1] << ' ' << box.boundary[2] << "\n"
         << "newton        off\n"
         << "communicate   single vel yes\n"
         << "read_data     particles.data\n"
@@ -240,6 +231,7 @@ private:
 
   const ScriptContents &c;
   const bool flat;
+  const dem::EngineBox box;
   std::vector<ParticleBoundary::Role> types; // the first one is free
   std::vector<int> type_of;                  // by index in the packing, from 1
 };
@@ -273,6 +265,12 @@ int export_case(const RunOptions &options, MPI_Comm comm)
   const std::string script = directory + "/" + script_name;
   if (std::filesystem::exists(script) && !options.overwrite)
     throw InputError(script + " exists, name another --output or give --overwrite");
+
+  const auto given_force = [](const fem::BoundaryCondition &condition)
+  { return condition.kind == fem::BoundaryKind::traction || condition.kind == fem::BoundaryKind::in_situ; };
+  if (settings.gravity.norm() > 0. || settings.initial_stress.norm() > 0. ||
+      std::any_of(settings.boundary_conditions.begin(), settings.boundary_conditions.end(), given_force))
+    throw InputError(settings.directory + "/case.prm: Loads and tractions cannot be exported, only cases without them");
 
   const Scene scene = build_scene(settings, Mode::dem, console, comm);
   if (rank != 0)

@@ -3,6 +3,9 @@
 
 #include "coupler/weight.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace kerf
 {
 namespace
@@ -30,7 +33,7 @@ constexpr double on_border = 1e-9;
 
 Overlap::Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_points, const dem::Packing &packing,
                  WeightFunction function, double width)
-  : mesh(mesh), centres(cell_centres(mesh)), stored_bonds(packing), overlap_width(width), function(function),
+  : mesh(mesh), packing(packing), centres(cell_centres(mesh)), stored_bonds(packing), overlap_width(width), function(function),
     cells_of_node(cells_by_node(mesh)), converted(mesh.n_cells(), 0),
     particle_distance(mesh, packing.positions, width * (1. + 2. * on_border)),
     quadrature_distance(mesh, quadrature_points, width), cell_distance(mesh, centres, width + 2. * packing.mean_diameter),
@@ -65,14 +68,31 @@ std::vector<char> Overlap::on_region_border() const
           {
             seen[other] = 1;
             particle_distance.for_each_near(other,
-                                            [&](const int i)
+                                            [&](const int i, const Eigen::Vector3d &shift)
                                             {
                                               if (particle_distance.values()[i] <= tolerance && !border[i])
-                                                border[i] =
-                                                  distance_to_cell(mesh, other, particle_distance.point(i)) <= tolerance;
+                                                border[i] = distance_to_cell(mesh, other, particle_distance.point(i) - shift) <=
+                                                            tolerance;
                                             });
           }
   return border;
+}
+
+/// In a uniform stress the weighted bonds of a particle load it with sum_j (w_j - w_i)/2 f_ij, f_ij along the branch x_ij for
+/// the most part. Linear weights change along the distance phi, which is constant outside the overlap.
+double Overlap::share_of(const int particle) const
+{
+  const auto depth = [&](int i) { return std::clamp(particle_distance.values()[i], 0., overlap_width); };
+  Eigen::Vector3d change = Eigen::Vector3d::Zero();
+  for (const int partner : stored_bonds.partners_of(particle))
+    change += (depth(partner) - depth(particle)) * packing.branch(particle, partner);
+  const double size = change.norm();
+  if (size == 0.)
+    return 0.;
+  double whole = 0.; // the same where the depth changes with the way
+  for (const int partner : stored_bonds.partners_of(particle))
+    whole += std::pow(packing.branch(particle, partner).dot(change) / size, 2);
+  return std::min(1., size / whole);
 }
 
 void Overlap::find_particles()
@@ -94,10 +114,9 @@ void Overlap::find_particles()
         needed[i] = needed[i] || particle_weight[partner] > 0.;
     if (!needed[i])
       continue;
-    if (particle_weight[i] == 0. || border[i])
-      tied.push_back({i, 0.5});
-    else if (phi[i] > tolerance)
-      tied.push_back({i, 1.});
+    if (particle_weight[i] == 0. || border[i] || phi[i] > tolerance)
+      if (const double share = share_of(i); share > 0.)
+        tied.push_back({i, share});
   }
 }
 

@@ -10,8 +10,9 @@
 
 namespace kerf
 {
-/// A particle that is tied to the finite elements, and how much of it: a particle on the border of the overlap stands half
-/// inside it. With that the particles of a lattice are a trapezoidal rule over the overlap.
+/// A particle that is tied to the finite elements, and how much of it: the load that the change of the weights puts on it,
+/// relative to a particle well inside the overlap. On the border of the overlap that is one half, so that the particles of a
+/// lattice are a trapezoidal rule over the overlap; beyond it is as little as their bonds across the border carry.
 struct TiedParticle
 {
   int index = -1; ///< in the packing
@@ -53,8 +54,10 @@ public:
 private:
   void find_particles();
   std::vector<char> on_region_border() const;
+  double share_of(int particle) const;
 
   const fem::Mesh &mesh;
+  const dem::Packing &packing;
   Eigen::Matrix3Xd centres;
   dem::StoredBonds stored_bonds;
   double overlap_width;

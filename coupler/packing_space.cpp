@@ -3,27 +3,52 @@
 
 #include "coupler/input_error.h"
 
+#include <algorithm>
+#include <map>
 #include <sstream>
 
 namespace kerf
 {
 namespace
 {
+/// Corners of a face in turn, with the nodes of refined neighbours that hang on its edges, so that the surface has no gaps.
+std::vector<int> outline(const fem::BoundaryFace &face, const std::map<std::pair<int, int>, int> &middle_of)
+{
+  static constexpr int around[4] = {0, 1, 3, 2}; // lexicographic: 0 1 along one side, 2 3 along the opposite one
+  std::vector<int> corners;
+  std::size_t first = 0; // a middle, if there is one: a fan from it has no triangle without area
+  for (int k = 0; k < 4; ++k)
+  {
+    const int from = face.nodes[around[k]], to = face.nodes[around[(k + 1) % 4]];
+    corners.push_back(from);
+    const auto middle = middle_of.find(std::minmax(from, to));
+    if (middle != middle_of.end())
+    {
+      first = corners.size();
+      corners.push_back(middle->second);
+    }
+  }
+  std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(first), corners.end());
+  return corners;
+}
+
 dem::SurfaceMesh boundary_of(const fem::Mesh &mesh)
 {
   dem::SurfaceMesh surface;
   surface.points = mesh.nodes;
+  std::map<std::pair<int, int>, int> middle_of;
+  for (const fem::SlaveNode &slave : mesh.slaves)
+    if (slave.masters.size() == 2)
+      middle_of[std::minmax(slave.masters[0], slave.masters[1])] = slave.node;
   for (const fem::BoundaryFace &face : mesh.boundary)
-  {
-    const auto &n = face.nodes; // lexicographic: 0 1 along one side, 2 3 along the opposite one
     if (mesh.dim == 2)
-      surface.facets.push_back({{n[0], n[1], -1}});
+      surface.facets.push_back({{face.nodes[0], face.nodes[1], -1}});
     else
     {
-      surface.facets.push_back({{n[0], n[1], n[3]}});
-      surface.facets.push_back({{n[0], n[3], n[2]}});
+      const std::vector<int> corners = outline(face, middle_of);
+      for (std::size_t k = 1; k + 1 < corners.size(); ++k)
+        surface.facets.push_back({{corners[0], corners[k], corners[k + 1]}});
     }
-  }
   return surface;
 }
 

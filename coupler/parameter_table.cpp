@@ -102,10 +102,34 @@ const std::vector<Parameter> &parameter_table()
     entry("Mesh", "Growth ratio", "1.2", between(1., 3.), "-", "ratio of neighbouring cell sizes outside the fine zone", ""),
     entry("Mesh", "Largest cell size", "0", not_negative(), "m", "upper bound of the graded size; 0: none", ""),
 
-    entry("Boundary", "Conditions", "left: roller; right: roller; bottom: fixed", text(), "-",
-          "list 'id: kind' separated by ';'. id: number, or left, right, bottom, top (3D: back, front) of the box. kind: free, "
-          "fixed, roller, absorbing, velocity VX VY [VZ] ramp T [m/s, s]. Particles next to a boundary follow it too",
-          "absorbing: Lysmer & Kuhlemeyer 1969"),
+    entry("Mesh", "Refine", "", text(), "m",
+          "local refinement: boxes 'x0 y0 x1 y1 n' (3D: 'x0 y0 z0 x1 y1 z1 n') separated by ';'. Cells that meet the box are "
+          "halved n times, cells around it follow with hanging nodes",
+          ""),
+
+    entry("Finite elements", "Strain", "finite", one_of("finite|small"), "-",
+          "finite: Green's strain, any rotation; small: linear and cheaper, for rotations and strains far below one",
+          "St. Venant-Kirchhoff; Hooke"),
+    entry(
+      "Finite elements", "Integration", "full", one_of("full|selective|one_point"), "-",
+      "full: all Gauss points; selective: the same with the cell's mean volumetric strain (B-bar), for nearly incompressible "
+      "rock; one_point: mean gradient with elastic hourglass control, cheapest and good in bending",
+      "Hughes 1980; Flanagan & Belytschko 1981, Belytschko & Bindeman 1993"),
+
+    entry(
+      "Boundary", "Conditions", "left: roller; right: roller; bottom: fixed", text(), "-",
+      "list 'where: kind' separated by ';'. where: number of a boundary, or left, right, bottom, top (3D: back, front) of the "
+      "box, or an expression of x, y, z [m] for the centres of faces, such as y < 1e-6 && x > 0.1. kind: free, fixed, roller, "
+      "absorbing, in_situ (the traction that holds Loads/Initial stress), velocity VX VY [VZ] ramp T [m/s, s], traction TX TY "
+      "[TZ] ramp T [Pa, s]. Particles next to a boundary follow it too",
+      "absorbing: Lysmer & Kuhlemeyer 1969"),
+
+    entry("Loads", "Gravity", "0, 0", point(), "m/s^2", "acceleration of all rock", ""),
+    entry("Loads", "Gravity ramp", "0", not_negative(), "s", "gravity is reached over a half cosine of this duration", ""),
+    entry("Loads", "Initial stress", "", text(), "Pa",
+          "in-situ stress 'xx yy xy' (3D: 'xx yy zz yz xz xy'), tension positive: both models start with the homogeneous "
+          "deformation that carries it. Sides of kind in_situ, absorbing, fixed and roller hold it. Empty: none",
+          ""),
 
     entry("Packing", "File", "", text(), "-",
           "HDF5 store of the particles; empty: packing_KIND_DIAMETER_SEED.h5 beside the case, generated when missing", ""),
@@ -147,7 +171,7 @@ const std::vector<Parameter> &parameter_table()
     entry("Calibration", "Transits", "40", positive(), "-",
           "duration of the loading up to the targets, in times a P wave takes through the specimen: slower is more static", ""),
 
-    entry("Coupling", "Method", "multipliers", one_of("penalty|penalty_mass_scaled|multipliers|multipliers_diagonal"), "-",
+    entry("Coupling", "Method", "penalty_mass_scaled", one_of("penalty|penalty_mass_scaled|multipliers|multipliers_diagonal"), "-",
           "how overlap particles are tied to the finite-element field: the seed's constant k_DF; k_i = beta mu_i/dt^2; weak "
           "multipliers on the nodes, which leave particles their fluctuations; or lumped multipliers on the particles",
           "penalty: Labra, Rojek & Onate, eq. (4); lumped: Xiao & Belytschko 2004"),
@@ -166,8 +190,10 @@ const std::vector<Parameter> &parameter_table()
     entry("Coupling", "Fluctuation relaxation", "0.05", between(0., 0.5), "-",
           "method multipliers: share of the particles' motion about the finite-element field that is taken out in a step", ""),
 
-    entry("Adaptivity", "Criterion", "mohr_coulomb", one_of("maximum_principal|von_mises|mohr_coulomb"), "-",
-          "stress measure sigma of a cell; mohr_coulomb: sigma_1 - sigma_3 f_t/f_c", "seed, eq. (5)"),
+    entry(
+      "Adaptivity", "Criterion", "mohr_coulomb", one_of("maximum_principal|von_mises|mohr_coulomb|drucker_prager"), "-",
+      "stress measure sigma of a cell; mohr_coulomb: sigma_1 - sigma_3 f_t/f_c; drucker_prager: the cone through f_t and f_c",
+      "seed, eq. (5)"),
     entry("Adaptivity", "Sigma star", "4e6", positive(), "Pa", "a cell becomes particles when sigma > sigma*", "seed, eq. (5)"),
     entry("Adaptivity", "Check interval", "20", whole_number(1, 1000000), "steps", "steps between two checks of sigma", ""),
     entry("Adaptivity", "Relaxation steps", "10", whole_number(0, 1000), "-",

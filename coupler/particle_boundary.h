@@ -11,8 +11,8 @@
 
 namespace kerf
 {
-/// The boundary conditions of the rock, for the particles next to its boundary: a particle whose surface is closer than half
-/// a mean radius to a face obeys the condition of that face, as a node on the face does. Where conditions meet, fixed goes
+/// The boundary conditions of the rock, for the particles next to its boundary (face_shares()): they obey the condition of the
+/// face, as a node on the face does. Where conditions meet, fixed goes
 /// before velocity before roller, as for nodes.
 class ParticleBoundary
 {

@@ -30,6 +30,7 @@ public:
 
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
+  Tie tie() const override { return Tie::spring; }
   ConstraintEnergy energy() const override { return {stored, -damping_work.local()}; }
   int n_particles() const override { return links.n_particles(); }
 

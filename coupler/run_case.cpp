@@ -103,9 +103,9 @@ private:
     std::ostringstream text;
     text << version_text() << "\ncase " << scene.settings.name << ", mode " << name_of(mode) << ", " << n_ranks
          << (n_ranks == 1 ? " rank" : " ranks") << ", results in " << directory << "\n"
-         << packing_summary(scene.packing) << "\n"
-         << scene.fem->mesh().n_cells() << " cells; stable step: finite elements " << scene.stable.fem << " s, particles "
-         << scene.stable.dem << " s; time step " << scene.dt << " s";
+         << (mode == Mode::fem ? "" : packing_summary(scene.packing) + "\n") << scene.fem->mesh().n_cells()
+         << " cells; stable step: finite elements " << scene.stable.fem << " s, particles " << scene.stable.dem
+         << " s; time step " << scene.dt << " s";
     console.message(text.str());
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/scene.h"
 
+#include "coupler/fem_settings.h"
 #include "coupler/input_error.h"
 #include "coupler/packing_space.h"
 #include "dem_side/bond_network.h"
@@ -124,6 +125,26 @@ void check_tool(const Case &settings, const fem::FemSide &fem)
   }
 }
 
+/// Mode fem has no packing: one particle without bonds that never becomes active. The tool's contact stiffness k_n is that of a
+/// random packing with the mean diameter whose relaxed moduli are the rock's, E/k_n = 0.83 in the plane and E d/(2 k_n) = 0.43
+/// in space (gap tolerance 0.1, k_t/k_n = 0.25).
+dem::Packing no_packing(const Case &settings, const Box &body)
+{
+  dem::Packing packing;
+  packing.dim = settings.dim();
+  packing.kind = settings.packing.kind;
+  packing.mean_diameter = settings.packing.mean_diameter;
+  packing.lower = body.lower;
+  packing.upper = body.upper;
+  packing.positions = 0.5 * (body.lower + body.upper);
+  packing.radii = Eigen::VectorXd::Constant(1, 0.5 * packing.mean_diameter);
+  packing.volume_filled = packing.volume(0);
+  packing.calibration.k_n =
+    packing.dim == 2 ? settings.rock.young / 0.83 : settings.rock.young * packing.mean_diameter / (2. * 0.43);
+  packing.calibration.k_t = 0.25 * packing.calibration.k_n;
+  return packing;
+}
+
 void use_calibrated_strength(Case &settings, const dem::Packing &packing)
 {
   const dem::StrengthCalibration &known = packing.strength;
@@ -140,17 +161,9 @@ void use_calibrated_strength(Case &settings, const dem::Packing &packing)
 
 std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 {
-  fem::Settings fem_settings;
-  fem_settings.comm = comm;
-  fem_settings.dim = settings.dim();
-  fem_settings.mesh = settings.mesh;
-  fem_settings.material = settings.rock;
-  fem_settings.boundary_conditions = settings.boundary_conditions;
-  // As fine as the particles, or a round tool would sink between two contact points before it is felt.
-  fem_settings.surface_spacing = 0.25 * settings.packing.mean_diameter;
   try
   {
-    return fem::make_fem_side(fem_settings);
+    return fem::make_fem_side(fem_settings(settings, comm));
   }
   catch (const std::exception &error)
   {
@@ -197,6 +210,8 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
                     throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
 
                   const dem::ElasticCalibration &known = packing.calibration;
+                  if (settings.given_stiffness)
+                    return;
                   if (std::abs(known.target_young - settings.rock.young) > 1e-9 * settings.rock.young ||
                       std::abs(known.target_poisson - settings.rock.poisson) > 1e-12)
                   {
@@ -250,10 +265,16 @@ Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm co
     throw InputError(case_path(settings) + ": Fixed/Region holds no cell, mode fixed needs a region inside the mesh");
   check_tool(settings, *scene.fem);
 
-  build_packing(settings, *scene.fem, scene.packing, console, comm);
-  scene.settings.bond.k_n = scene.packing.calibration.k_n;
-  scene.settings.bond.k_t = scene.packing.calibration.k_t;
-  if (settings.calibrated_strength)
+  if (mode == Mode::fem)
+    scene.packing = no_packing(settings, body);
+  else
+    build_packing(settings, *scene.fem, scene.packing, console, comm);
+  if (!settings.given_stiffness)
+  {
+    scene.settings.bond.k_n = scene.packing.calibration.k_n;
+    scene.settings.bond.k_t = scene.packing.calibration.k_t;
+  }
+  if (settings.calibrated_strength && mode != Mode::fem)
     use_calibrated_strength(scene.settings, scene.packing);
 
   scene.stable = stable_steps(scene.settings, mode, *scene.fem, scene.packing, comm);

@@ -20,7 +20,7 @@ struct Scene
 };
 
 /// Builds the scene and validates everything that can be known before a run. Generates, calibrates and saves the store when it
-/// is missing or made for another rock. Collective. Throws InputError.
+/// is missing or made for another rock; mode fem has none. Collective. Throws InputError.
 Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm comm);
 
 /// Mesh and store only (kerf pack).

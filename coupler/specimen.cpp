@@ -24,12 +24,20 @@ SpecimenGauge::SpecimenGauge(const Case &settings, const fem::Mesh &mesh, const 
   area = is_brazilian(settings) ? 0.5 * M_PI * extent[0] * thickness : extent[0] * thickness;
 }
 
-/// The middle half along y; a little is left out at the free sides, where a packing is looser.
+/// What is left out at either side [m]: three diameters at least, where a packing is looser than inside; the static solve of
+/// the bond network leaves out as much.
+double SpecimenGauge::margin(int axis, double share) const
+{
+  const double extent = body.upper[axis] - body.lower[axis];
+  return std::min(0.3 * extent, std::max(share * extent, 3. * packing.mean_diameter));
+}
+
+/// The middle half along y; a little is left out at the free sides.
 bool SpecimenGauge::inside(const Vector3d &reference) const
 {
   for (int c = 0; c < dim; ++c)
   {
-    const double margin = (c == 1 ? 0.25 : 0.1) * (body.upper[c] - body.lower[c]);
+    const double margin = this->margin(c, c == 1 ? 0.25 : 0.1);
     if (reference[c] < body.lower[c] + margin || reference[c] > body.upper[c] - margin)
       return false;
   }
@@ -44,7 +52,7 @@ double SpecimenGauge::virial_stress(const CoupledModel &model) const
   double integral = 1.;
   for (int c = 0; c < dim; ++c)
   {
-    const double margin = (c == 1 ? 0.2 : 0.08) * (upper[c] - lower[c]);
+    const double margin = this->margin(c, c == 1 ? 0.2 : 0.08);
     lower[c] += margin;
     upper[c] -= margin;
     integral *= 0.75 * (upper[c] - lower[c]);
@@ -143,7 +151,7 @@ SpecimenResult SpecimenRecord::result(int dim) const
     if (s.stress > 0.7 * result.strength)
       break;
     broken = static_cast<double>(s.broken_bonds);
-    if (s.stress < 0.3 * result.strength)
+    if (s.stress < 0.2 * result.strength || s.stress > 0.5 * result.strength)
       continue;
     n += 1.;
     x += s.axial_strain, xx += s.axial_strain * s.axial_strain;

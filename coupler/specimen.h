@@ -30,6 +30,7 @@ public:
   SpecimenState read(CoupledModel &model, double force) const;
 
 private:
+  double margin(int axis, double share) const;
   bool inside(const Eigen::Vector3d &reference) const;
   double virial_stress(const CoupledModel &model) const;
 
@@ -45,7 +46,7 @@ struct SpecimenResult
 {
   double strength = 0.;      ///< largest nominal stress: UCS of a box, splitting (Brazilian) strength of a disc [Pa]
   double peak_strain = 0.;   ///< axial strain of the middle at that time [-]
-  double young = 0.;         ///< of the middle: slope between 30 % and 70 % of the peak, from plane strain in 2D [Pa]
+  double young = 0.;         ///< of the middle: slope between 20 % and 50 % of the peak, from plane strain in 2D [Pa]
   double nominal_young = 0.; ///< likewise with the nominal stress [Pa]
   double poisson = 0.;       ///< from the same part of the curve [-]; box only
   double linear_broken = 0.; ///< share of all broken bonds of the record that broke before 70 % of the peak [-]

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace kerf
@@ -36,6 +37,16 @@ double smallest_edge(const fem::Mesh &mesh)
     for (int c = 0; c < mesh.dim; ++c) // lexicographic: the neighbours of corner 0 are 1, 2 and 4
       smallest = std::min(smallest, (mesh.nodes.col(mesh.cells(1 << c, cell)) - mesh.nodes.col(mesh.cells(0, cell))).norm());
   return smallest;
+}
+
+/// Stable step when the tool's spring touches the mesh: 2 k_s/(rho h) of a surface node (area a, lumped mass rho a h/2),
+/// whatever the cell's shape.
+double with_tool_on_surface(const double step, const Case &settings, const fem::Mesh &mesh)
+{
+  if (!settings.tool.present())
+    return step;
+  const double k = settings.tool.stiffness_ratio * settings.bond.k_n;
+  return with_spring(step, 2. * k / settings.packing.mean_diameter / (settings.rock.density * smallest_edge(mesh)));
 }
 
 /// Cells, the overlap around them, and what is tied to its outside by bonds.
@@ -119,7 +130,13 @@ double particle_frequency(const dem::Packing &packing, double k_n, double k_t, d
 StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, MPI_Comm comm)
 {
   StableSteps steps;
-  steps.fem = fem.stable_step();
+  steps.fem = with_tool_on_surface(fem.stable_step(), settings, fem.mesh());
+  if (mode == Mode::fem)
+  {
+    steps.dem = std::numeric_limits<double>::infinity();
+    steps.coupled = steps.fem;
+    return steps;
+  }
   const double density = particle_density(settings, packing);
   const double omega = particle_frequency(packing, settings.bond.k_n, settings.bond.k_t, density);
   double mean_mass = 0.;
@@ -130,17 +147,15 @@ StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, con
 
   if (settings.tool.present())
   {
-    // The tool's spring adds to the stiffness of what it touches: k/m of the lightest particle, and 2 k_s/(rho h) of a surface
-    // node (area a, lumped mass rho a h/2), whatever the cell's shape.
+    // The tool's spring adds to the stiffness of what it touches: k/m of the lightest particle.
     const double k = settings.tool.stiffness_ratio * settings.bond.k_n;
     int lightest = 0;
     packing.radii.minCoeff(&lightest);
     steps.dem = with_spring(steps.dem, k / (density * packing.volume(lightest)));
-    steps.fem = with_spring(steps.fem, 2. * k / packing.mean_diameter / (settings.rock.density * smallest_edge(fem.mesh())));
   }
-  if (mode == Mode::fem || mode == Mode::dem)
+  if (mode == Mode::dem)
   {
-    steps.coupled = mode == Mode::fem ? steps.fem : steps.dem;
+    steps.coupled = steps.dem;
     return steps;
   }
 

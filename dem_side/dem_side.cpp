@@ -65,6 +65,7 @@ struct DemSide::Engine
 
   Settings settings;
   const Packing &packing;
+  const EngineBox box;
   StoredBonds stored_bonds;
   std::unique_ptr<LAMMPS> lmp;
   RockBondStyle *style = nullptr; // owned by LIGGGHTS
@@ -98,31 +99,42 @@ struct DemSide::Engine
   void check_periodic_sides(double reach) const;
 };
 
-DemSide::Engine::Engine(const Settings &s)
-  : settings(s), packing(*s.packing), stored_bonds(packing), lmp(make_liggghts(s.comm)),
-    weights(Eigen::VectorXd::Ones(packing.size())), active(packing.size(), 0), was_active(packing.size(), 0)
+EngineBox engine_box(const Settings &settings)
 {
-  const bool flat = packing.dim == 2;
-  const double half_thickness = packing.mean_diameter; // in 2D the box only has to contain z = 0
+  const Packing &packing = *settings.packing;
+  EngineBox box{settings.domain_lower, settings.domain_upper, {{'f', 'f', 'f'}}};
   for (int c = 0; c < packing.dim; ++c)
     if (packing.periodic[c] > 0.)
     {
-      settings.domain_lower[c] = packing.lower[c];
-      settings.domain_upper[c] = packing.lower[c] + packing.periodic[c];
+      box.lower[c] = packing.lower[c];
+      box.upper[c] = packing.lower[c] + packing.periodic[c];
+      box.boundary[c] = 'p';
     }
-  const Eigen::Vector3d &lower = settings.domain_lower, &upper = settings.domain_upper;
+  if (packing.dim == 2)
+  {
+    box.lower[2] = -packing.mean_diameter;
+    box.upper[2] = packing.mean_diameter;
+    box.boundary[2] = 'p';
+  }
+  return box;
+}
+
+DemSide::Engine::Engine(const Settings &s)
+  : settings(s), packing(*s.packing), box(engine_box(s)), stored_bonds(packing), lmp(make_liggghts(s.comm)),
+    weights(Eigen::VectorXd::Ones(packing.size())), active(packing.size(), 0), was_active(packing.size(), 0)
+{
+  const bool flat = packing.dim == 2;
   const double reach = list_reach(packing, s.bond);
   check_periodic_sides(reach);
   command(*lmp, "units si");
   command(*lmp, "dimension ", packing.dim);
   command(*lmp, "atom_style granular");
   command(*lmp, "atom_modify map array");
-  const auto boundary = [&](int c) { return packing.periodic[c] > 0. || c == packing.dim ? 'p' : 'f'; };
-  command(*lmp, "boundary ", boundary(0), ' ', boundary(1), ' ', boundary(2));
+  command(*lmp, "boundary ", box.boundary[0], ' ', box.boundary[1], ' ', box.boundary[2]);
   command(*lmp, "newton off");
   command(*lmp, "communicate single vel yes");
-  command(*lmp, "region domain block ", lower.x(), ' ', upper.x(), ' ', lower.y(), ' ', upper.y(), ' ',
-          flat ? -half_thickness : lower.z(), ' ', flat ? half_thickness : upper.z(), " units box");
+  command(*lmp, "region domain block ", box.lower.x(), ' ', box.upper.x(), ' ', box.lower.y(), ' ', box.upper.y(), ' ',
+          box.lower.z(), ' ', box.upper.z(), " units box");
   command(*lmp, "create_box 1 domain");
   command(*lmp, "neighbor ", list_skin(packing), " bin");
   command(*lmp, "neigh_modify delay 0 every 1 check yes contact_distance_factor ", reach);
@@ -170,7 +182,7 @@ void DemSide::Engine::check(const std::vector<NewParticle> &particles) const
       listed[particle.index] = 1;
       const Eigen::Vector3d position = place_of(particle);
       for (int c = 0; c < packing.dim; ++c)
-        if (!(position[c] >= settings.domain_lower[c] && position[c] < settings.domain_upper[c]))
+        if (!(position[c] >= box.lower[c] && position[c] < box.upper[c]))
         {
           error << "is outside of the particle domain, "
                 << "xyz"[c] << " = " << position[c];

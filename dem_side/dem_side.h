@@ -4,6 +4,7 @@
 #include "dem_side/packing.h"
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -38,6 +39,14 @@ struct Settings
   /// Particles outside are taken out and counted [m]; along the periodic axes of the packing its box is the domain.
   Eigen::Vector3d domain_lower, domain_upper;
 };
+
+/// The box of the particle engine [m]: along periodic axes that of the packing, in 2D around z = 0, else the domain as set.
+struct EngineBox
+{
+  Eigen::Vector3d lower, upper;
+  std::array<char, 3> boundary; ///< 'p' periodic, 'f' particles leave there; as the engine calls them
+};
+EngineBox engine_box(const Settings &settings);
 
 /// A stored particle and the state it starts with.
 struct NewParticle

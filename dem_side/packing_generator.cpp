@@ -173,8 +173,10 @@ void approach_jamming(Compaction &compaction, int steps_a_round, const std::func
 void touch_sides(Packing &packing)
 {
   for (int c = 0; c < packing.dim; ++c)
-    for (int round = 0; round < 8 && packing.periodic[c] == 0.;
-         ++round) // stretching may change which particle is the outermost
+  {
+    if (packing.periodic[c] > 0.)
+      continue;
+    for (int round = 0; round < 8; ++round) // stretching may change which particle is the outermost
     {
       int first = 0, last = 0;
       for (int i = 1; i < packing.size(); ++i)
@@ -189,6 +191,7 @@ void touch_sides(Packing &packing)
       for (int i = 0; i < packing.size(); ++i)
         packing.positions(c, i) = new_from + (packing.positions(c, i) - from) * ((new_to - new_from) / (to - from));
     }
+  }
 }
 
 /// One jammed packing of particles that fill the fraction of the container when their scale is 1.

@@ -288,6 +288,18 @@ law::BondStrain<dim> RockBondLoop<dim>::bond_strain(const OrderedPair &pair, con
 }
 
 template <int dim>
+double RockBondLoop<dim>::bond_power(const OrderedPair &pair, const law::BondStrain<dim> &strain,
+                                     const PairHistory &history) const
+{
+  const Row &first = rows[pair.first], &second = rows[pair.second];
+  const Vector normal = pair.sign * vector<dim>(history.vector);
+  const auto load = law::bond_load<dim>(geometry(pair), strain, history.rest_length, Vector(first.turn() * normal),
+                                        Vector(second.turn() * normal), parameters.bond, pair.weight);
+  return load.force.dot(first.velocity - second.velocity) + load.torque_first.dot(first.spin) +
+         load.torque_second.dot(second.spin);
+}
+
+template <int dim>
 double RockBondLoop<dim>::viscosity(const OrderedPair &pair) const
 {
   return law::viscosity(parameters.bond.damping, rows[pair.first].mass, rows[pair.second].mass,
@@ -315,10 +327,10 @@ void add_damping(ParticleRow<dim> &first, ParticleRow<dim> &second, const law::P
 }
 } // namespace
 
-/// Contact without a bond: unilateral, with Coulomb friction. Returns its elastic energy at the end (weighted) [J].
+/// Contact without a bond: unilateral, with Coulomb friction.
 template <int dim>
 template <bool damped>
-double RockBondLoop<dim>::contact(const LoosePair &loose, bool step, bool just_broken)
+typename RockBondLoop<dim>::ContactSprings RockBondLoop<dim>::contact(const LoosePair &loose, bool step, bool just_broken)
 {
   const OrderedPair &pair = loose.pair;
   Row &first = rows[pair.first], &second = rows[pair.second];
@@ -334,7 +346,7 @@ double RockBondLoop<dim>::contact(const LoosePair &loose, bool step, bool just_b
       stored_spring.setZero();
       *loose.flag = history.state == PairHistory::broken; // an open pair that was never bonded has nothing to remember
     }
-    return 0.;
+    return {};
   }
 
   const auto geometry = this->geometry(pair);
@@ -365,10 +377,11 @@ double RockBondLoop<dim>::contact(const LoosePair &loose, bool step, bool just_b
     if (!just_broken) // work of the mean force of the step on the slip
       dissipation.friction += 0.5 * pair.share * k_t * (spring + friction.spring).dot(trial - friction.spring);
   }
-  return 0.5 * (k_n * overlap * overlap + k_t * friction.spring.squaredNorm());
+  return {0.5 * (k_n * overlap * overlap + k_t * friction.spring.squaredNorm()), -force.dot(v)};
 }
 
-/// The bond becomes a contact that starts with its shear; what that cannot carry is released.
+/// The bond becomes a contact that starts with its shear; what that cannot carry is released. The bond has stretched to here
+/// without the force that it would have at this end of the step: that half of the work was not put in and is not released.
 template <int dim>
 template <bool damped>
 void RockBondLoop<dim>::break_bond(const typename IntactBonds<dim>::Failing &bond)
@@ -379,6 +392,7 @@ void RockBondLoop<dim>::break_bond(const typename IntactBonds<dim>::Failing &bon
   const OrderedPair pair = ordered(i, j);
   const auto geometry = this->geometry(pair);
   const auto strain = bond_strain(pair, history);
+  const double power_of_bond = bond_power(pair, strain, history);
 
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   position.head<dim>() = rows[pair.first].position + geometry.share_first * geometry.distance * geometry.normal;
@@ -388,8 +402,9 @@ void RockBondLoop<dim>::break_bond(const typename IntactBonds<dim>::Failing &bon
   vector<dim>(history.vector) = pair.sign * strain.shear;
   near_pairs.push_back(static_cast<int>(loose_pairs.size()));
   loose_pairs.push_back(loose(pair, history, gran.listgranhistory->firstneigh[i][n]));
-  const double left = contact<damped>(loose_pairs.back(), true, true);
-  dissipation.released += pair.share * (pair.weight * law::bond_energy<dim>(strain, parameters.bond) - left);
+  const ContactSprings left = contact<damped>(loose_pairs.back(), true, true);
+  const double missing = 0.5 * parameters.time_step * (power_of_bond - left.power);
+  dissipation.released += pair.share * (pair.weight * law::bond_energy<dim>(strain, parameters.bond) - left.energy + missing);
 }
 
 template <int dim>

@@ -53,14 +53,21 @@ private:
   void store_forces();
   template <bool damped>
   void add_pair_loads(bool step);
+  /// Elastic energy of a contact [J] and power of its springs on the particles [W], both weighted.
+  struct ContactSprings
+  {
+    double energy = 0., power = 0.;
+  };
   template <bool damped>
-  double contact(const LoosePair &loose, bool step, bool just_broken);
+  ContactSprings contact(const LoosePair &loose, bool step, bool just_broken);
   template <bool damped>
   void break_bond(const typename IntactBonds<dim>::Failing &bond);
   OrderedPair ordered(int i, int j) const;
   LoosePair loose(const OrderedPair &pair, PairHistory &history, int &flag) const;
   law::Pair<dim> geometry(const OrderedPair &pair) const;
   law::BondStrain<dim> bond_strain(const OrderedPair &pair, const PairHistory &history) const;
+  /// Of the springs of an intact bond on its particles at the velocities of the step, weighted [W].
+  double bond_power(const OrderedPair &pair, const law::BondStrain<dim> &strain, const PairHistory &history) const;
   double viscosity(const OrderedPair &pair) const;
 
   struct Load

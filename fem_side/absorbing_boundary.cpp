@@ -8,12 +8,18 @@
 namespace kerf::fem
 {
 template <int dim>
-AbsorbingBoundary<dim>::AbsorbingBoundary(const Material &material, const std::vector<BoundaryCondition> &conditions)
-  : material(material)
+AbsorbingBoundary<dim>::AbsorbingBoundary(const Mesh &mesh, const Material &material,
+                                          const std::vector<BoundaryCondition> &conditions)
+  : material(material), absorbs(mesh.boundary.size(), 0)
 {
   for (const BoundaryCondition &condition : conditions)
     if (condition.kind == BoundaryKind::absorbing)
-      ids.push_back(condition.id);
+    {
+      any = true;
+      const std::vector<char> selected = selected_faces(mesh, condition);
+      for (std::size_t f = 0; f < selected.size(); ++f)
+        absorbs[f] = absorbs[f] || selected[f];
+    }
 }
 
 template <int dim>
@@ -21,7 +27,7 @@ void AbsorbingBoundary<dim>::assemble(const NodalSpace<dim> &space, const Surfac
                                       const std::vector<PrescribedDof> &prescribed, const NodalVector &mass)
 {
   dashpots.clear();
-  if (ids.empty())
+  if (!any)
     return;
   std::array<NodalVector, dim> rows;
   for (NodalVector &row : rows)
@@ -30,7 +36,7 @@ void AbsorbingBoundary<dim>::assemble(const NodalSpace<dim> &space, const Surfac
   const double tangential_impedance = material.density * material.speed_s();
   for (const SurfaceFace<dim> &face : surface.all_faces())
   {
-    if (std::find(ids.begin(), ids.end(), face.id) == ids.end())
+    if (!absorbs[face.number])
       continue;
     for (int p = 0; p < SurfaceFace<dim>::n; ++p)
     {
@@ -44,7 +50,7 @@ void AbsorbingBoundary<dim>::assemble(const NodalSpace<dim> &space, const Surfac
     }
   }
   for (NodalVector &row : rows)
-    row.compress(dealii::VectorOperation::add);
+    space.sum_up(row);
 
   std::set<int> held;
   for (const PrescribedDof &dof : prescribed)

@@ -13,7 +13,7 @@ template <int dim>
 class AbsorbingBoundary
 {
 public:
-  AbsorbingBoundary(const Material &material, const std::vector<BoundaryCondition> &conditions);
+  AbsorbingBoundary(const Mesh &mesh, const Material &material, const std::vector<BoundaryCondition> &conditions);
 
   /// Lumps the faces' dashpots on the nodes; components in @p prescribed stay out. Collective.
   void assemble(const NodalSpace<dim> &space, const Surface<dim> &surface, const std::vector<PrescribedDof> &prescribed,
@@ -42,7 +42,8 @@ private:
   };
 
   Material material;
-  std::vector<int> ids;
+  bool any = false;
+  std::vector<char> absorbs; ///< by face of the mesh's boundary
   std::vector<Dashpot> dashpots;
 };
 } // namespace kerf::fem

@@ -9,15 +9,28 @@ namespace kerf::fem
 {
 template <int dim>
 ExplicitSolver<dim>::ExplicitSolver(const Settings &given)
-  : settings(given), law{given.material.lame_lambda(), given.material.lame_mu()}, space(given.comm, given.mesh), locator(space),
-    kernel(law), prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)),
-    surface(space, settings.surface_spacing), absorbing(settings.material, settings.boundary_conditions)
+  : settings(given), space(given.comm, given.mesh), locator(space),
+    kernel(settings.material, settings.strain, settings.integration),
+    prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)), surface(space, settings.surface_spacing),
+    absorbing(space.mesh, settings.material, settings.boundary_conditions),
+    loads(space.mesh, settings, initial_state(settings).first_piola)
 {
   for (NodalVector *v : {&displacement, &velocity, &force, &mass})
     v->reinit(space.partitioner);
   compute_quadrature_points();
   set_weights(Eigen::VectorXd::Ones(points.cols()));
   set_window({});
+  if (settings.initial_stress.norm() > 0.)
+    set_initial_state(initial_state(settings).gradient);
+}
+
+template <int dim>
+void ExplicitSolver<dim>::set_initial_state(const Eigen::Matrix3d &gradient)
+{
+  const Eigen::Matrix3Xd &X = space.mesh.nodes;
+  Eigen::Vector3d anchor = 0.5 * (X.rowwise().minCoeff() + X.rowwise().maxCoeff());
+  anchor[1] = X.row(1).maxCoeff();
+  set_state(gradient * (X.colwise() - anchor), Eigen::Matrix3Xd::Zero(3, X.cols()));
 }
 
 template <int dim>
@@ -43,6 +56,7 @@ void ExplicitSolver<dim>::set_weights(const Eigen::VectorXd &weights)
   stop_massless_nodes();
   surface.set_weights(alpha);
   absorbing.assemble(space, surface, prescribed, mass);
+  loads.assemble(space, surface, mass);
   forces_are_current = false;
 }
 
@@ -50,16 +64,20 @@ template <int dim>
 void ExplicitSolver<dim>::build_kernel()
 {
   kernel.clear();
-  std::array<double, n> cell_alpha;
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
     if (is_active(c))
-    {
-      for (int q = 0; q < n; ++q)
-        cell_alpha[q] = alpha[n * c + q];
-      kernel.add_cell(space.owned_cell_dofs[c], space.cell_nodes(space.owned_cells[c]), cell_alpha);
-    }
+      kernel.add_cell(space.owned_cell_dofs[c], space.cell_nodes(space.owned_cells[c]), weights_of(c));
   n_active = kernel.n_cells();
   MPI_Allreduce(MPI_IN_PLACE, &n_active, 1, MPI_INT, MPI_SUM, space.comm);
+}
+
+template <int dim>
+std::array<double, ExplicitSolver<dim>::n> ExplicitSolver<dim>::weights_of(const int owned_cell) const
+{
+  std::array<double, n> result;
+  for (int q = 0; q < n; ++q)
+    result[q] = alpha[n * owned_cell + q];
+  return result;
 }
 
 template <int dim>
@@ -83,7 +101,7 @@ void ExplicitSolver<dim>::compute_masses()
           mass.local_element(space.owned_cell_dofs[c][a] + d) += N[a] * point_mass;
     }
   }
-  mass.compress(dealii::VectorOperation::add);
+  space.sum_up(mass);
 
   inverse_mass.resize(space.n_owned_dofs());
   for (int i = 0; i < space.n_owned_dofs(); ++i)
@@ -120,6 +138,8 @@ void ExplicitSolver<dim>::begin_step(const double dt, const double time)
     boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
   }
   absorbed_energy += absorbing.energy_of_begin(dt, v);
+  boundary_work += 0.5 * dt * loads.power(now, v);
+  now = time;
   add_surface_work(dt);
   for (int i = 0; i < n_dofs; ++i)
     u[i] += dt * v[i];
@@ -128,13 +148,14 @@ void ExplicitSolver<dim>::begin_step(const double dt, const double time)
 template <int dim>
 void ExplicitSolver<dim>::compute_forces()
 {
-  displacement.update_ghost_values();
-  velocity.update_ghost_values(); // read by surface_points(), which is not collective
+  space.update_copies(displacement);
+  space.update_copies(velocity); // read by surface_points(), which is not collective
   force = 0.;
   force.zero_out_ghost_values();
   surface_force.assign(surface.owned_dofs().size(), 0.);
   kernel.subtract_internal_forces(displacement.begin(), force.begin());
-  force.compress(dealii::VectorOperation::add);
+  space.sum_up(force);
+  loads.add_forces(now, force.begin());
   forces_are_current = true;
 }
 
@@ -147,6 +168,7 @@ void ExplicitSolver<dim>::end_step(const double dt, const double time)
   // Work of the velocity boundaries: what their nodes gain in kinetic energy and pass on to the rest (trapezoidal rule).
   for (const PrescribedDof &dof : prescribed)
     boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
+  boundary_work += 0.5 * dt * loads.power(time, v);
   add_surface_work(dt);
   absorbing.keep_half_step_velocity(v);
   for (int i = 0; i < space.n_owned_dofs(); ++i)
@@ -186,8 +208,12 @@ template <int dim>
 void ExplicitSolver<dim>::set_window(const std::vector<int> &nodes)
 {
   for (const int node : nodes)
+  {
     if (node < 0 || node >= space.mesh.n_nodes())
       throw std::runtime_error("window: the mesh has no node " + std::to_string(node));
+    if (space.is_slave(node))
+      throw std::runtime_error("window: node " + std::to_string(node) + " is a slave, ask for its masters");
+  }
   window = std::make_unique<Window<dim>>(space, nodes);
 }
 
@@ -239,7 +265,7 @@ void ExplicitSolver<dim>::add_surface_forces(const Eigen::Matrix3Xd &forces)
     surface_force[k] -= force.local_element(dofs[k]);
   // Ghost entries are zero since the last compress(), so this adds the new contributions alone to their owners.
   surface.add_forces(forces, force.begin());
-  force.compress(dealii::VectorOperation::add);
+  space.sum_up(force);
   for (std::size_t k = 0; k < dofs.size(); ++k)
     surface_force[k] += force.local_element(dofs[k]);
 }
@@ -265,8 +291,8 @@ void ExplicitSolver<dim>::set_state(const Eigen::Matrix3Xd &u, const Eigen::Matr
       velocity.local_element(dim * i + c) = v(c, space.owned_nodes[i]);
     }
   stop_massless_nodes();
-  displacement.update_ghost_values();
-  velocity.update_ghost_values();
+  space.update_copies(displacement);
+  space.update_copies(velocity);
   forces_are_current = false;
 }
 
@@ -279,10 +305,8 @@ Eigen::Matrix3Xd ExplicitSolver<dim>::gather(const NodalField field) const
     for (int c = 0; c < dim; ++c)
       result(c, space.owned_nodes[i]) = values[dim * i + c];
   MPI_Allreduce(MPI_IN_PLACE, result.data(), static_cast<int>(result.size()), MPI_DOUBLE, MPI_SUM, space.comm);
-  const bool shared = field == NodalField::displacement || field == NodalField::velocity;
-  for (int i = 0; i < space.mesh.n_nodes(); ++i)
-    if (space.mesh.master[i] != i)
-      result.col(i) = shared ? Eigen::Vector3d(result.col(space.mesh.master[i])) : Eigen::Vector3d::Zero();
+  if (field == NodalField::displacement || field == NodalField::velocity)
+    space.interpolate_slaves(result);
   if (field == NodalField::mass)
     result.row(2) = result.row(0);
   return result;
@@ -292,7 +316,7 @@ template <int dim>
 Energies ExplicitSolver<dim>::energies() const
 {
   NodalVector u = displacement;
-  u.update_ghost_values();
+  space.update_copies(u);
   double kinetic = 0.;
   for (int i = 0; i < space.n_owned_dofs(); ++i)
     kinetic += 0.5 * mass.local_element(i) * velocity.local_element(i) * velocity.local_element(i);

@@ -5,6 +5,7 @@
 #include "fem_side/cell_kernel.h"
 #include "fem_side/fem_side.h"
 #include "fem_side/nodal_space.h"
+#include "fem_side/outer_loads.h"
 #include "fem_side/point_locator.h"
 #include "fem_side/prescribed_motion.h"
 #include "fem_side/surface.h"
@@ -14,7 +15,7 @@
 
 namespace kerf::fem
 {
-/// Multilinear elements with full integration and lumped mass, total Lagrangian, central differences.
+/// Multilinear elements with lumped mass, total Lagrangian, central differences.
 template <int dim>
 class ExplicitSolver final : public FemSide
 {
@@ -58,13 +59,16 @@ private:
   void build_kernel();
   void compute_masses();
   void stop_massless_nodes();
+  void set_initial_state(const Eigen::Matrix3d &gradient);
   bool is_active(int owned_cell) const { return (alpha.template segment<n>(owned_cell * n).array() > 0.).any(); }
+  std::array<double, n> weights_of(int owned_cell) const;
+  template <typename Law>
+  CellStress stress_of(const Law &law) const;
   double kinetic_energy_of_velocity_boundaries() const;
   void add_surface_work(double dt);
   double finite_step_energy() const;
 
   Settings settings;
-  StVenantKirchhoff law;
   NodalSpace<dim> space;
   PointLocator<dim> locator;
   Eigen::Matrix3Xd points;
@@ -80,6 +84,8 @@ private:
   std::vector<PrescribedDof> prescribed;
   Surface<dim> surface;
   AbsorbingBoundary<dim> absorbing;
+  OuterLoads<dim> loads;
+  double now = 0.; ///< time of the positions [s]
   std::unique_ptr<Window<dim>> window;
   double boundary_work = 0.;         ///< this rank's part [J]
   double absorbed_energy = 0.;       ///< this rank's part [J]

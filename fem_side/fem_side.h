@@ -18,6 +18,15 @@ enum class MeshShape
   disc ///< the circle inscribed in the box, in three dimensions a cylinder along z
 };
 
+/// Cells that meet this box are halved along every axis this many times; cells around it follow so that neighbours differ by
+/// one halving at most.
+struct RefinedBox
+{
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero(); ///< [m]
+  Eigen::Vector3d upper = Eigen::Vector3d::Zero(); ///< [m]
+  int levels = 1;
+};
+
 /// Mesh of the rock: a gmsh file, or a shape.
 struct MeshSettings
 {
@@ -31,7 +40,23 @@ struct MeshSettings
   Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero();   ///< fine zone corner [m]
   double growth = 1.;                                     ///< ratio of neighbouring cell sizes outside the fine zone, >= 1
   double largest_cell_size = 0.;                          ///< upper bound of the graded size [m]; 0: none
+  std::vector<RefinedBox> refined;                        ///< local refinement with hanging nodes, of any mesh
   std::array<bool, 3> periodic = {{false, false, false}}; ///< axes across which the mesh repeats itself: no boundary there
+};
+
+/// Measure of the strain.
+enum class Strain
+{
+  finite, ///< Green's strain (total Lagrangian, St. Venant-Kirchhoff): any displacement and rotation
+  small   ///< linear, cheaper: rotations and strains far below one
+};
+
+/// How stresses are integrated over a cell.
+enum class Integration
+{
+  full,      ///< Gauss points, 2 a direction
+  selective, ///< the same with the cell's mean volumetric strain (B-bar): does not lock when nearly incompressible
+  one_point  ///< mean gradient and elastic hourglass control: cheapest, bends without locking
 };
 
 /// Isotropic linear-elastic rock (St. Venant-Kirchhoff in finite strain).
@@ -53,18 +78,26 @@ enum class BoundaryKind
   fixed,    ///< all displacement components held
   roller,   ///< normal displacement held; faces must be parallel to the axes
   velocity, ///< all velocity components prescribed, reached by a smooth ramp
-  absorbing ///< viscous (Lysmer-Kuhlemeyer 1969): traction -rho (c_p v_n + c_s v_t)
+  traction, ///< given traction per reference area, reached by a smooth ramp
+  in_situ,  ///< traction that holds the initial stress, from the start
+  absorbing ///< viscous (Lysmer-Kuhlemeyer 1969): traction -rho (c_p v_n + c_s v_t), and that of kind in_situ
 };
+
+/// 0 before time zero, then a half cosine up to 1 within @p ramp [s].
+double smooth_start(double time, double ramp);
 
 struct BoundaryCondition
 {
-  int id = 0; ///< boundary id; box: 0 left, 1 right, 2 bottom, 3 top (3D: 4 back, 5 front); disc: 0 rim (3D: 4, 5)
+  int id = 0;        ///< boundary id; box: 0 left, 1 right, 2 bottom, 3 top (3D: 4 back, 5 front); disc: 0 rim (3D: 4, 5)
+  std::string where; ///< instead of the id: expression of x, y, z [m] that the centres of the faces fulfil, e.g. "y < 1e-6"
   BoundaryKind kind = BoundaryKind::free;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< [m/s], kind velocity only
+  Eigen::Vector3d traction = Eigen::Vector3d::Zero(); ///< [Pa], kind traction only
   double ramp = 0.;                                   ///< duration of the smooth (half cosine) start [s]
 
   /// Prescribed velocity at @p time [s].
   Eigen::Vector3d velocity_at(double time) const;
+  std::string name() const; ///< the id or the expression, for a person
 };
 
 struct Settings
@@ -73,7 +106,14 @@ struct Settings
   int dim = 2;
   MeshSettings mesh;
   Material material;
-  std::vector<BoundaryCondition> boundary_conditions; ///< ids without an entry are free
+  Strain strain = Strain::finite;
+  Integration integration = Integration::full;
+  std::vector<BoundaryCondition> boundary_conditions; ///< faces without an entry are free
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< [m/s^2]
+  double gravity_ramp = 0.;                           ///< duration of its smooth start [s]
+  /// Cauchy stress in the body at the start [Pa], tension positive; the body starts deformed by initial_state(), in two
+  /// dimensions with the out-of-plane stress of plane strain.
+  Eigen::Matrix3d initial_stress = Eigen::Matrix3d::Zero();
   double surface_spacing = 0.; ///< largest distance of surface_points() [m]; 0: Gauss points of the faces
 };
 
@@ -85,6 +125,15 @@ struct BoundaryFace
   std::array<int, 4> nodes = {{-1, -1, -1, -1}}; ///< 2 (2D) or 4 (3D) node numbers
 };
 
+/// A node without freedom of its own: it moves with its masters, u_s = sum_k w_k u_k, and what it carries of force and mass
+/// goes to them with the same weights (hanging node of a locally refined mesh, image of a node across a periodic axis).
+struct SlaveNode
+{
+  int node = -1;
+  std::vector<int> masters; ///< no slaves themselves
+  std::vector<double> weights;
+};
+
 /// Reference geometry, the same on every rank.
 struct Mesh
 {
@@ -94,17 +143,19 @@ struct Mesh
   std::vector<int> owner;                           ///< rank that computes a cell
   std::vector<BoundaryFace> boundary;               ///< without the sides that are joined across a periodic axis
   Eigen::Vector3d period = Eigen::Vector3d::Zero(); ///< length of the mesh along periodic axes, 0 along others [m]
-  std::vector<int> master; ///< of each node the one whose values it shares, across periodic axes; else the node itself
+  std::vector<SlaveNode> slaves;                    ///< by rising node number
+  std::vector<std::vector<int>> neighbours;         ///< of every cell: the cells that share a face or a part of it
 
   int n_cells() const { return static_cast<int>(cells.cols()); }
   int n_nodes() const { return static_cast<int>(nodes.cols()); }
 };
 
-/// A point of the reference configuration seen by its cell: u(X) = sum_a N_a u_a, grad u = sum_a u_a (x) dN_a.
+/// A point of the reference configuration seen by its cell: u(X) = sum_a N_a u_a, grad u = sum_a u_a (x) dN_a. The nodes are
+/// those of the cell with their masters in place of slaves, so that mass and forces never meet a slave.
 struct Interpolation
 {
   int cell = -1; ///< -1: outside the mesh
-  int n = 0;     ///< number of nodes, 2^dim
+  int n = 0;     ///< number of nodes, at most 2^dim
   std::array<int, 8> nodes = {};
   std::array<double, 8> N = {};
   Eigen::Matrix<double, 3, 8> dN = Eigen::Matrix<double, 3, 8>::Zero(); ///< gradients in the reference configuration [1/m]
@@ -144,7 +195,7 @@ struct Energies
   /// of all forces by the trapezoidal rule, so balances of energy hold with it [J].
   double finite_step = 0.;
   double elastic = 0.;  ///< weighted [J]
-  double boundary = 0.; ///< work done on the rock by velocity boundaries since the start [J]
+  double boundary = 0.; ///< work done on the rock by velocity boundaries, tractions and gravity since the start [J]
   double absorbed = 0.; ///< taken away by absorbing boundaries since the start [J]
   double surface = 0.;  ///< work of add_surface_forces() since the start (trapezoidal rule) [J]
 };
@@ -165,7 +216,7 @@ public:
   virtual const std::vector<int> &owned_cells() const = 0;
 
   /// Where points [m] of the reference configuration lie (points on a face: any of its cells), across periodic axes they or
-  /// their images. The nodes are masters (Mesh::master). Not collective.
+  /// their images. Not collective.
   virtual std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const = 0;
 
   /// Weight alpha in [0,1] at every quadrature point (same order as quadrature_points()). A cell whose points are all
@@ -198,8 +249,8 @@ public:
   /// Sets displacement [m] and velocity [m/s] of all nodes from functions of the reference position (initial conditions,
   /// tests).
   virtual void set_state(const Eigen::Matrix3Xd &displacement, const Eigen::Matrix3Xd &velocity) = 0;
-  /// All nodal values, gathered on every rank (output, tests): 3 x n_nodes. Nodes across a periodic axis: displacements and
-  /// velocities of the master, masses and forces are zero as they are the master's.
+  /// All nodal values, gathered on every rank (output, tests): 3 x n_nodes. Masses and forces of slaves are zero, as their
+  /// masters have them.
   virtual Eigen::Matrix3Xd gather(NodalField field) const = 0;
 
   virtual Energies energies() const = 0;
@@ -214,6 +265,20 @@ public:
   virtual void write_vtu(const std::string &path,
                          const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const = 0;
 };
+
+/// Faces that a condition selects, one flag for each of mesh.boundary. Throws std::runtime_error with one line when there is
+/// none or the expression cannot be understood.
+std::vector<char> selected_faces(const Mesh &mesh, const BoundaryCondition &condition);
+
+/// The homogeneous deformation that carries Settings::initial_stress: u = gradient (X - anchor), the anchor being the middle of
+/// the mesh's top side (largest y), where tools come from.
+struct InitialState
+{
+  Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();    ///< du/dX, symmetric [-]
+  Eigen::Matrix3d first_piola = Eigen::Matrix3d::Zero(); ///< its traction on a face is first_piola times the outer normal [Pa]
+};
+/// Throws std::runtime_error with one line when the material cannot carry the stress.
+InitialState initial_state(const Settings &settings);
 
 /// Builds the mesh and the solver. Throws std::runtime_error with one line on a mesh that cannot be used.
 std::unique_ptr<FemSide> make_fem_side(const Settings &settings);

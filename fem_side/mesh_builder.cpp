@@ -2,15 +2,18 @@
 #include "fem_side/mesh_builder.h"
 
 #include "fem_side/graded_axis.h"
+#include "fem_side/q1_cell.h"
 
 #include <deal.II/grid/grid_generator.h>
 #include <deal.II/grid/grid_in.h>
 #include <deal.II/grid/grid_tools.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numeric>
+#include <sstream>
 #include <stdexcept>
 
 namespace kerf::fem
@@ -123,6 +126,75 @@ void read_gmsh(const std::string &file, dealii::Triangulation<dim> &triangulatio
                              ", allowed are " + (dim == 2 ? "quadrilaterals" : "hexahedra") + " (gmsh: recombine)");
 }
 
+template <int dim>
+int wanted_level(const MeshSettings &settings, const dealii::BoundingBox<dim> &cell)
+{
+  int level = 0;
+  for (const RefinedBox &box : settings.refined)
+  {
+    bool meets = true;
+    for (int d = 0; d < dim; ++d)
+    {
+      // A cell that only touches the box stays as it is.
+      const double slack = 1e-6 * cell.side_length(d);
+      meets = meets && cell.upper_bound(d) > box.lower[d] + slack && cell.lower_bound(d) < box.upper[d] - slack;
+    }
+    if (meets)
+      level = std::max(level, box.levels);
+  }
+  return level;
+}
+
+/// The triangulation limits the difference of levels at vertices, so that a master of a hanging node never hangs itself.
+template <int dim>
+void refine(const MeshSettings &settings, dealii::Triangulation<dim> &triangulation)
+{
+  for (const RefinedBox &box : settings.refined)
+    for (int d = 0; d < dim; ++d)
+      if (!(box.upper[d] > box.lower[d]))
+        throw std::runtime_error("mesh: the upper corner of a refined box must lie above the lower one in every direction");
+  for (bool changed = !settings.refined.empty(); changed;)
+  {
+    changed = false;
+    for (const auto &cell : triangulation.active_cell_iterators())
+      if (cell->level() < wanted_level<dim>(settings, cell->bounding_box()))
+      {
+        cell->set_refine_flag();
+        changed = true;
+      }
+    triangulation.execute_coarsening_and_refinement();
+  }
+}
+
+/// The element needs a map that nowhere turns inside out: positive Jacobians at the corners.
+template <int dim>
+void check_cells(const dealii::Triangulation<dim> &triangulation)
+{
+  constexpr int n = q1::n_nodes<dim>;
+  for (const auto &cell : triangulation.active_cell_iterators())
+  {
+    q1::NodalValues<dim> X;
+    for (int a = 0; a < n; ++a)
+      for (int d = 0; d < dim; ++d)
+        X(d, a) = cell->vertex(a)[d];
+    for (int a = 0; a < n; ++a)
+    {
+      q1::Point<dim> corner;
+      for (int d = 0; d < dim; ++d)
+        corner[d] = (a >> d & 1) ? 1. : -1.;
+      const Eigen::Matrix<double, dim, dim> J = X * q1::shape_derivatives<dim>(corner);
+      if (!(J.determinant() > 0.))
+      {
+        std::ostringstream message;
+        message << "mesh: the cell at ("
+                << (X * q1::shape_values<dim>(q1::Point<dim>::Zero())).transpose().format({6, Eigen::DontAlignCols, ", "})
+                << ") m is not convex or turned inside out";
+        throw std::runtime_error(message.str());
+      }
+    }
+  }
+}
+
 /// Gives cells[first, last) to ranks[low, high): cut across the longest extent, cells in proportion to ranks.
 template <int dim>
 void bisect(const std::vector<dealii::Point<dim>> &centres, const std::vector<int>::iterator first,
@@ -174,13 +246,15 @@ template <int dim>
 std::unique_ptr<dealii::parallel::shared::Triangulation<dim>> build_triangulation(MPI_Comm comm, const MeshSettings &settings)
 {
   using Shared = dealii::parallel::shared::Triangulation<dim>;
-  dealii::Triangulation<dim> serial;
+  dealii::Triangulation<dim> serial(dealii::Triangulation<dim>::limit_level_difference_at_vertices);
   if (!settings.gmsh_file.empty())
     read_gmsh(settings.gmsh_file, serial);
   else if (settings.shape == MeshShape::disc)
     disc(settings, serial);
   else
     structured_box(settings, serial);
+  refine(settings, serial);
+  check_cells(serial);
 
   auto triangulation = std::make_unique<Shared>(comm, dealii::Triangulation<dim>::none, false, Shared::partition_custom_signal);
   const auto connection = triangulation->signals.create.connect(

@@ -38,15 +38,23 @@ public:
   Mesh mesh;
   std::vector<int> owned_cells;
   std::vector<std::array<int, n>> owned_cell_dofs; ///< local position of the first component of each node
-  std::vector<int> owned_nodes;                    ///< node number of every owned node, in local order; images included
+  std::vector<int> owned_nodes;                    ///< node number of every owned node, in local order
+
+  /// Brings copies of other ranks' nodes and all slaves up to date. Collective.
+  void update_copies(NodalVector &values) const;
+  /// The transpose: what slaves and copies have collected goes to masters and owners; both are zero afterwards. Collective.
+  void sum_up(NodalVector &values) const;
+  /// Values of slaves from those of their masters in a full set of nodal values, 3 x n_nodes.
+  void interpolate_slaves(Eigen::Matrix3Xd &values) const;
+  bool is_slave(const int node) const { return slave_of[node] >= 0; }
+  /// The masters of a slave. Only of slaves.
+  const SlaveNode &slave(const int node) const { return mesh.slaves[slave_of[node]]; }
 
   /// Global number of the first component of a node.
   dealii::types::global_dof_index first_dof(const int node) const { return first_dofs[node]; }
   /// Local position of the first component of a node that this rank owns or has a copy of.
   int local_dof(const int node) const { return partitioner->global_to_local(first_dofs[node]); }
   bool owns(const int node) const { return partitioner->in_local_range(first_dofs[node]); }
-  /// For output, which looks at each node's own numbers: gives the nodes across periodic axes the values of their masters.
-  void copy_to_images(NodalVector &vector) const;
   /// Number of nodal components this rank owns.
   int n_owned_dofs() const { return static_cast<int>(dim * owned_nodes.size()); }
 
@@ -60,12 +68,25 @@ public:
   }
 
 private:
-  void fill_mesh();
-  void number_nodes();
+  /// A component block of a slave among the local values.
+  struct LocalSlave
+  {
+    int dof = 0;
+    std::vector<std::pair<int, double>> masters; ///< first component and weight
+  };
 
-  std::vector<dealii::types::global_dof_index> first_dofs; ///< of the master of each node
-  std::vector<dealii::types::global_dof_index> own_dofs; ///< of the node itself, without a part in the model if it has a master
+  void fill_mesh();
+  void find_neighbours();
+  void number_nodes();
+  void find_slaves(const std::vector<int> &images);
+  void make_partitioner();
+  void number_locally();
+
+  std::vector<dealii::types::global_dof_index> first_dofs;
+  std::vector<int> slave_of; ///< by node: number in mesh.slaves, -1: none
+  std::vector<LocalSlave> local_slaves;
 };
+
 /// Reference positions of the nodes of a boundary face [m].
 template <int dim>
 q1::NodalValues<dim - 1, dim> face_positions(const Mesh &mesh, const BoundaryFace &face)

@@ -6,6 +6,7 @@
 #include <deal.II/numerics/rtree.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <sstream>
 #include <stdexcept>
@@ -103,13 +104,39 @@ private:
   double low, high, slack, section;
   const Mesh &mesh;
 };
+
+/// Cells whose faces lie on each other become neighbours.
+template <int dim>
+void join_cells(const Sides<dim> &sides, const std::vector<int> &opposite, Mesh &mesh)
+{
+  std::map<std::array<int, 4>, int> cells; // by the face's nodes on the low side
+  for (const BoundaryFace &face : mesh.boundary)
+  {
+    if (!sides.holds(face))
+      continue;
+    std::array<int, 4> nodes = {{-1, -1, -1, -1}};
+    for (int a = 0; a < q1::n_nodes<dim - 1>; ++a)
+      nodes[a] = opposite[face.nodes[a]];
+    std::sort(nodes.begin(), nodes.end());
+    const auto entry = cells.emplace(nodes, face.cell);
+    if (entry.second)
+      continue;
+    const int other = entry.first->second;
+    std::vector<int> &known = mesh.neighbours[other];
+    if (std::find(known.begin(), known.end(), face.cell) == known.end()) // two cells from side to side meet twice
+    {
+      known.push_back(face.cell);
+      mesh.neighbours[face.cell].push_back(other);
+    }
+  }
+}
 } // namespace
 
 template <int dim>
-void join_periodic_sides(const std::array<bool, 3> &axes, Mesh &mesh)
+std::vector<int> join_periodic_sides(const std::array<bool, 3> &axes, Mesh &mesh)
 {
-  mesh.master.resize(mesh.n_nodes());
-  std::iota(mesh.master.begin(), mesh.master.end(), 0);
+  std::vector<int> images(mesh.n_nodes());
+  std::iota(images.begin(), images.end(), 0);
   for (int axis = 0; axis < 3; ++axis)
   {
     if (!axes[axis])
@@ -123,19 +150,21 @@ void join_periodic_sides(const std::array<bool, 3> &axes, Mesh &mesh)
     std::iota(opposite.begin(), opposite.end(), 0);
     for (const auto &[high, low] : sides.pairs())
       opposite[high] = low;
-    for (int &master : mesh.master) // an edge of two joined sides goes across one after the other
-      master = opposite[master];
+    for (int &image : images) // an edge of two joined sides goes across one after the other
+      image = opposite[image];
     for (int cell = 0; cell < mesh.n_cells(); ++cell)
       for (int a = 0; a < mesh.cells.rows(); ++a)
         for (int b = 0; b < a; ++b)
-          if (mesh.master[mesh.cells(a, cell)] == mesh.master[mesh.cells(b, cell)])
+          if (images[mesh.cells(a, cell)] == images[mesh.cells(b, cell)])
             fail(axis, "a cell reaches from one side to the other, at least two cells are needed");
+    join_cells<dim>(sides, opposite, mesh);
     mesh.boundary.erase(
       std::remove_if(mesh.boundary.begin(), mesh.boundary.end(), [&](const BoundaryFace &face) { return sides.holds(face); }),
       mesh.boundary.end());
   }
+  return images;
 }
 
-template void join_periodic_sides<2>(const std::array<bool, 3> &, Mesh &);
-template void join_periodic_sides<3>(const std::array<bool, 3> &, Mesh &);
+template std::vector<int> join_periodic_sides<2>(const std::array<bool, 3> &, Mesh &);
+template std::vector<int> join_periodic_sides<3>(const std::array<bool, 3> &, Mesh &);
 } // namespace kerf::fem

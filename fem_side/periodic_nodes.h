@@ -5,8 +5,9 @@
 
 namespace kerf::fem
 {
-/// Makes the mesh repeat itself across the axes: fills Mesh::period and Mesh::master, and takes the faces of the joined sides
-/// off the boundary. Throws std::runtime_error with one line when the two sides do not match.
+/// Makes the mesh repeat itself across the axes: fills Mesh::period, takes the faces of the joined sides off the boundary and
+/// makes their cells neighbours. Throws std::runtime_error with one line when the two sides do not match.
+/// @return of every node the one that it is an image of, itself if none
 template <int dim>
-void join_periodic_sides(const std::array<bool, 3> &axes, Mesh &mesh);
+std::vector<int> join_periodic_sides(const std::array<bool, 3> &axes, Mesh &mesh);
 } // namespace kerf::fem

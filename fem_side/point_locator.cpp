@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 #include <limits>
+#include <stdexcept>
 
 namespace kerf::fem
 {
@@ -29,20 +30,44 @@ bool invert(const q1::NodalValues<dim> &X, const q1::Point<dim> &point, q1::Poin
   return false;
 }
 
+void add_node(Interpolation &result, const int node, const double N, const Eigen::Vector3d &dN)
+{
+  int a = 0;
+  while (a < result.n && result.nodes[a] != node)
+    ++a;
+  if (a == result.n)
+  {
+    // The masters of a cell's slaves are as many as its slaves at most, see SlaveNode and the refinement of the mesh.
+    if (result.n == static_cast<int>(result.nodes.size()))
+      throw std::logic_error("a cell hangs on more nodes than it has");
+    result.nodes[result.n++] = node;
+  }
+  result.N[a] += N;
+  result.dN.col(a) += dN;
+}
+
 template <int dim>
-Interpolation interpolation(const Mesh &mesh, const int cell, const q1::NodalValues<dim> &X, const q1::Point<dim> &xi)
+Interpolation interpolation(const NodalSpace<dim> &space, const int cell, const q1::NodalValues<dim> &X,
+                            const q1::Point<dim> &xi)
 {
   const auto D = q1::shape_derivatives<dim>(xi);
   const auto N = q1::shape_values<dim>(xi);
   const Eigen::Matrix<double, dim, dim> inverse = (X * D).inverse();
   Interpolation result;
   result.cell = cell;
-  result.n = q1::n_nodes<dim>;
-  for (int a = 0; a < result.n; ++a)
+  for (int a = 0; a < q1::n_nodes<dim>; ++a)
   {
-    result.nodes[a] = mesh.master[mesh.cells(a, cell)];
-    result.N[a] = N[a];
-    result.dN.template block<dim, 1>(0, a) = inverse.transpose() * D.row(a).transpose();
+    const int node = space.mesh.cells(a, cell);
+    Eigen::Vector3d dN = Eigen::Vector3d::Zero();
+    dN.template head<dim>() = inverse.transpose() * D.row(a).transpose();
+    if (!space.is_slave(node))
+      add_node(result, node, N[a], dN);
+    else
+    {
+      const SlaveNode &slave = space.slave(node);
+      for (std::size_t k = 0; k < slave.masters.size(); ++k)
+        add_node(result, slave.masters[k], slave.weights[k] * N[a], slave.weights[k] * dN);
+    }
   }
   return result;
 }
@@ -99,7 +124,7 @@ std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &poi
       if (on_shared_face ? candidate.second > result[i].cell : !(outermost < best))
         continue;
       best = outermost;
-      result[i] = interpolation<dim>(space.mesh, candidate.second, X, xi);
+      result[i] = interpolation<dim>(space, candidate.second, X, xi);
     }
   }
   return result;

@@ -3,39 +3,23 @@
 
 #include <map>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
 namespace kerf::fem
 {
 namespace
 {
-void check_ids(const Mesh &mesh, const std::vector<BoundaryCondition> &conditions)
+void check_kinds(const std::vector<BoundaryCondition> &conditions)
 {
-  std::set<int> in_mesh, used;
-  for (const BoundaryFace &face : mesh.boundary)
-    in_mesh.insert(face.id);
+  std::set<std::pair<std::string, BoundaryKind>> used;
   for (const BoundaryCondition &condition : conditions)
-  {
-    std::ostringstream message;
-    if (!used.insert(condition.id).second)
-      message << "boundary condition: id " << condition.id << " is given twice";
-    else if (!in_mesh.count(condition.id))
-    {
-      message << "boundary condition: the mesh has no boundary id " << condition.id << ", it has";
-      for (const int id : in_mesh)
-        message << ' ' << id;
-      if ((mesh.period.array() > 0.).any())
-        message << " (periodic sides are no boundary)";
-    }
-    if (!message.str().empty())
-      throw std::runtime_error(message.str());
-  }
+    if (!used.insert({condition.name(), condition.kind}).second)
+      throw std::runtime_error("boundary condition: " + condition.name() + " is given twice");
 }
 
 /// The axis that all normals of the face are parallel to.
 template <int dim>
-int roller_direction(const Mesh &mesh, const BoundaryFace &face)
+int roller_direction(const Mesh &mesh, const BoundaryFace &face, const BoundaryCondition &condition)
 {
   const auto X = face_positions<dim>(mesh, face);
   int direction = 0;
@@ -43,7 +27,7 @@ int roller_direction(const Mesh &mesh, const BoundaryFace &face)
   {
     const q1::Point<dim> normal = q1::area_vector<dim>(X, q1::gauss_point<dim - 1>(point)).normalized();
     if (normal.cwiseAbs().maxCoeff(&direction) < 1. - 1e-8)
-      throw std::runtime_error("boundary condition: roller on id " + std::to_string(face.id) +
+      throw std::runtime_error("boundary condition: roller on " + condition.name() +
                                ", which has faces that are not parallel to the axes");
   }
   return direction;
@@ -53,27 +37,31 @@ int roller_direction(const Mesh &mesh, const BoundaryFace &face)
 template <int dim>
 std::vector<PrescribedDof> prescribed_dofs(const NodalSpace<dim> &space, const std::vector<BoundaryCondition> &conditions)
 {
-  check_ids(space.mesh, conditions);
+  check_kinds(conditions);
   std::map<int, PrescribedDof> result;
   const auto prescribe = [&](const BoundaryCondition &condition, const BoundaryFace &face, const int first, const int last)
   {
     for (int a = 0; a < q1::n_nodes<dim - 1>; ++a)
-      if (space.owns(face.nodes[a]))
+      if (space.owns(face.nodes[a]) && !space.is_slave(face.nodes[a])) // slaves lie between masters of the same side
         for (int c = first; c < last; ++c)
         {
           const int dof = space.local_dof(face.nodes[a]) + c;
           result.insert({dof, {dof, c, condition.kind == BoundaryKind::velocity ? &condition : nullptr}});
         }
   };
+  std::vector<std::vector<char>> selected;
+  for (const BoundaryCondition &condition : conditions)
+    selected.push_back(selected_faces(space.mesh, condition));
   // The first entry of a component stays.
   for (const BoundaryKind kind : {BoundaryKind::fixed, BoundaryKind::velocity, BoundaryKind::roller})
-    for (const BoundaryCondition &condition : conditions)
-      if (condition.kind == kind)
-        for (const BoundaryFace &face : space.mesh.boundary)
-          if (face.id == condition.id)
+    for (std::size_t k = 0; k < conditions.size(); ++k)
+      if (conditions[k].kind == kind)
+        for (std::size_t f = 0; f < space.mesh.boundary.size(); ++f)
+          if (selected[k][f])
           {
-            const int direction = kind == BoundaryKind::roller ? roller_direction<dim>(space.mesh, face) : -1;
-            prescribe(condition, face, direction < 0 ? 0 : direction, direction < 0 ? dim : direction + 1);
+            const BoundaryFace &face = space.mesh.boundary[f];
+            const int direction = kind == BoundaryKind::roller ? roller_direction<dim>(space.mesh, face, conditions[k]) : -1;
+            prescribe(conditions[k], face, direction < 0 ? 0 : direction, direction < 0 ? dim : direction + 1);
           }
 
   std::vector<PrescribedDof> dofs;

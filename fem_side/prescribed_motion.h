@@ -15,7 +15,8 @@ struct PrescribedDof
 
 /// Prescribed components of the nodes this rank owns. Where boundaries meet, fixed wins over velocity, velocity over roller,
 /// and the first velocity boundary of the list over later ones. The conditions must outlive the result. Throws
-/// std::runtime_error with one line on ids that the mesh does not have and on rollers that are not parallel to the axes.
+/// std::runtime_error with one line on conditions that select no face or are given twice and on rollers that are not parallel
+/// to the axes.
 template <int dim>
 std::vector<PrescribedDof> prescribed_dofs(const NodalSpace<dim> &space, const std::vector<BoundaryCondition> &conditions);
 } // namespace kerf::fem

@@ -2,37 +2,63 @@
 // What the solver computes on demand: stresses, stable step, output.
 #include "fem_side/explicit_solver.h"
 #include "fem_side/largest_eigenvalue.h"
+#include "fem_side/stress_recovery.h"
 #include "fem_side/vtu_output.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 namespace kerf::fem
 {
 namespace
 {
-/// Cauchy stress sigma = F S F^T / det F from H = du/dX; order xx, yy, zz, yz, xz, xy.
 template <int dim>
-Eigen::Matrix<double, 6, 1> cauchy_stress(const StVenantKirchhoff &law, const Eigen::Matrix<double, dim, dim> &gradient)
+void copy(const Eigen::Matrix<double, dim, dim> &from, double (&to)[dim][dim])
+{
+  for (int i = 0; i < dim; ++i)
+    for (int j = 0; j < dim; ++j)
+      to[i][j] = from(i, j);
+}
+
+/// Cauchy stress F S F^T / det F from H = du/dX; order xx, yy, zz, yz, xz, xy. @p mean_dilatation: of the cell, if its
+/// volumetric strain is the mean. With small strain all stresses are the same.
+template <int dim, typename Law>
+Eigen::Matrix<double, 6, 1> cauchy_stress(const Law &law, const Eigen::Matrix<double, dim, dim> &gradient,
+                                          const std::optional<double> &mean_dilatation)
 {
   double H[dim][dim], E[dim][dim], S[dim][dim];
+  copy<dim>(gradient, H);
+  Law::template strain<dim>(H, E);
+  const double out_of_plane =
+    mean_dilatation ? law.template second_piola_of_mean<dim>(E, *mean_dilatation, S) : law.template second_piola<dim>(E, S);
+  Eigen::Matrix3d sigma = out_of_plane * Eigen::Vector3d(0., 0., 1.).asDiagonal();
   for (int i = 0; i < dim; ++i)
     for (int j = 0; j < dim; ++j)
-      H[i][j] = gradient(i, j);
-  StVenantKirchhoff::green_strain<dim>(H, E);
-  const double out_of_plane = law.second_piola<dim>(E, S);
-  Eigen::Matrix3d full = out_of_plane * Eigen::Vector3d(0., 0., 1.).asDiagonal();
-  for (int i = 0; i < dim; ++i)
-    for (int j = 0; j < dim; ++j)
-      full(i, j) = S[i][j];
-  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  F.topLeftCorner<dim, dim>() += gradient;
-  const Eigen::Matrix3d sigma = F * full * F.transpose() / F.determinant();
+      sigma(i, j) = S[i][j];
+  if (!Law::linear)
+  {
+    Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+    F.topLeftCorner<dim, dim>() += gradient;
+    sigma = (F * sigma * F.transpose() / F.determinant()).eval();
+  }
   Eigen::Matrix<double, 6, 1> result;
   result << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(1, 2), sigma(0, 2), sigma(0, 1);
   return result;
+}
+
+template <int dim, typename Law>
+double mean_dilatation(const CellGeometry<dim> &cell, const q1::NodalValues<dim> &u)
+{
+  double sum = 0., H[dim][dim];
+  for (int q = 0; q < q1::n_nodes<dim>; ++q)
+  {
+    copy<dim>(u * cell.gradients(q), H);
+    sum += cell.weight[q] * Law::template dilatation<dim>(H);
+  }
+  return sum / cell.total_weight();
 }
 
 /// A fixed number in (-1, 1) for every component of every node, so that the answer does not depend on the ranks (splitmix64).
@@ -49,8 +75,18 @@ double start_value(const std::uint64_t index)
 template <int dim>
 CellStress ExplicitSolver<dim>::cell_stress() const
 {
+  const double lambda = settings.material.lame_lambda(), mu = settings.material.lame_mu();
+  if (settings.strain == Strain::finite)
+    return stress_of(StVenantKirchhoff(lambda, mu));
+  return stress_of(LinearisedLaw(lambda, mu));
+}
+
+template <int dim>
+template <typename Law>
+CellStress ExplicitSolver<dim>::stress_of(const Law &law) const
+{
   NodalVector u = displacement;
-  u.update_ghost_values();
+  space.update_copies(u);
   const auto D = q1::shape_derivatives<dim>(q1::Point<dim>::Zero());
   CellStress result;
   result.sigma.resize(6, kernel.n_cells());
@@ -61,8 +97,12 @@ CellStress ExplicitSolver<dim>::cell_stress() const
     q1::NodalValues<dim> values;
     for (int a = 0; a < n; ++a)
       values.col(a) = Eigen::Map<const q1::Point<dim>>(u.begin() + space.owned_cell_dofs[c][a]);
-    const Eigen::Matrix<double, dim, dim> J = space.cell_nodes(space.owned_cells[c]) * D;
-    result.sigma.col(result.cell.size()) = cauchy_stress<dim>(law, values * D * J.inverse());
+    const q1::NodalValues<dim> X = space.cell_nodes(space.owned_cells[c]);
+    const Eigen::Matrix<double, dim, dim> J = X * D;
+    std::optional<double> mean;
+    if (settings.integration == Integration::selective)
+      mean = mean_dilatation<dim, Law>(CellGeometry<dim>(X, weights_of(c)), values);
+    result.sigma.col(result.cell.size()) = cauchy_stress<dim>(law, values * D * J.inverse(), mean);
     result.cell.push_back(space.owned_cells[c]);
   }
   return result;
@@ -73,7 +113,7 @@ std::vector<CellStiffness> ExplicitSolver<dim>::cell_stiffness(const std::vector
 {
   // Every cell gets nodes of its own, so that one unit displacement in each of them gives a column of every matrix.
   constexpr int n_dofs = dim * n;
-  CellKernel<dim> separate(law);
+  CellKernel<dim> separate(settings.material, settings.strain, settings.integration);
   std::array<double, n> cell_alpha;
   for (std::size_t k = 0; k < cells.size(); ++k)
   {
@@ -112,11 +152,11 @@ double ExplicitSolver<dim>::stable_step() const
   {
     for (int i = 0; i < n_dofs; ++i)
       u.local_element(i) = scale[i] * x[i];
-    u.update_ghost_values();
+    space.update_copies(u);
     f = 0.;
     f.zero_out_ghost_values();
     kernel.subtract_linear_forces(u.begin(), f.begin());
-    f.compress(dealii::VectorOperation::add);
+    space.sum_up(f);
     for (int i = 0; i < n_dofs; ++i)
       y[i] = -scale[i] * f.local_element(i);
   };
@@ -135,10 +175,10 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
                                     const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const
 {
   NodalVector u = displacement, v = velocity;
-  space.copy_to_images(u);
-  space.copy_to_images(v);
+  space.update_copies(u);
+  space.update_copies(v);
   const int n_cells = space.mesh.n_cells();
-  VtuContent content{u, v, std::vector<bool>(n_cells, false), {}};
+  VtuContent content{u, v, std::vector<bool>(n_cells, false), {}, {}};
 
   dealii::Vector<double> mean_alpha(n_cells);
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
@@ -158,6 +198,7 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
   }
   for (const int cell : stress.cell)
     content.written[cell] = true;
+  content.smooth_stress = recover_stress(space.mesh, stress, space.comm);
 
   for (const auto &[name, values] : cell_fields)
   {

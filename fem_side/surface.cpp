@@ -40,21 +40,24 @@ Surface<dim>::Surface(const NodalSpace<dim> &space, double spacing)
   std::map<int, int> owned_number;
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
     owned_number[space.owned_cells[c]] = c;
-  for (const BoundaryFace &boundary : space.mesh.boundary)
+  for (std::size_t number = 0; number < space.mesh.boundary.size(); ++number)
   {
+    const BoundaryFace &boundary = space.mesh.boundary[number];
     const auto cell = owned_number.find(boundary.cell);
     if (cell == owned_number.end())
       continue;
     SurfaceFace<dim> face;
-    face.id = boundary.id;
+    face.number = static_cast<int>(number);
     face.owned_cell = cell->second;
     const auto X = face_positions<dim>(space.mesh, boundary);
+    const q1::Point<dim> outwards = X * q1::shape_values<dim - 1>(q1::Point<dim - 1>::Zero()) -
+                                    space.cell_nodes(boundary.cell) * q1::shape_values<dim>(q1::Point<dim>::Zero());
     for (int a = 0; a < n; ++a)
     {
       face.dofs[a] = space.local_dof(boundary.nodes[a]);
       const q1::Point<dim> area = q1::area_vector<dim>(X, q1::gauss_point<dim - 1>(a));
       face.area[a] = area.norm();
-      face.normal[a] = area.normalized();
+      face.normal[a] = area.normalized() * (area.dot(outwards) < 0. ? -1. : 1.);
     }
     const double extent = (X.rowwise().maxCoeff() - X.rowwise().minCoeff()).maxCoeff();
     face.parts = spacing > 0. ? std::max(1, static_cast<int>(std::ceil(extent / (2. * spacing)))) : 1;

@@ -11,13 +11,13 @@ struct SurfaceFace
 {
   static constexpr int n = q1::n_nodes<dim - 1>; ///< nodes and Gauss points
 
-  int id = 0;
-  int owned_cell = 0;         ///< number of the cell among the owned ones
-  std::array<int, n> dofs;    ///< local position of the first component of each node
-  std::array<double, n> area; ///< reference area of each point [m^2] (2D: [m] per metre)
-  std::array<q1::Point<dim>, n> normal;
-  double alpha = 1.; ///< mean weight of the cell
-  int parts = 1;     ///< contact points: Gauss points of this many parts along each direction of the face
+  int number = 0;                       ///< among the faces of the mesh's boundary
+  int owned_cell = 0;                   ///< number of the cell among the owned ones
+  std::array<int, n> dofs;              ///< local position of the first component of each node
+  std::array<double, n> area;           ///< reference area of each point [m^2] (2D: [m] per metre)
+  std::array<q1::Point<dim>, n> normal; ///< outer
+  double alpha = 1.;                    ///< mean weight of the cell
+  int parts = 1;                        ///< contact points: Gauss points of this many parts along each direction of the face
 };
 
 /// The outer boundary of the owned cells as points that feel forces.

@@ -16,6 +16,7 @@ struct VtuContent
   const NodalVector &velocity;     ///< with ghosts [m/s]
   std::vector<bool> written;       ///< per mesh cell
   std::vector<std::pair<std::string, dealii::Vector<double>>> cell_data;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> smooth_stress; ///< at the nodes, xx, yy, zz, yz, xz, xy [Pa]
 };
 
 /// One file for all ranks, nodes at their reference positions. Collective.

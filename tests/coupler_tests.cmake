@@ -3,6 +3,7 @@ kerf_test(coupler_constraint LABEL coupling SOURCES unit/coupler_constraint.cpp 
 kerf_test(coupler_overlap LABEL coupling SOURCES unit/coupler_overlap.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_tool LABEL coupling SOURCES unit/coupler_tool.cpp unit/coupler_specimen.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_packing_space LABEL coupling SOURCES unit/coupler_packing_space.cpp LIBRARIES kerf_application)
+kerf_test(coupler_loads LABEL coupling RANKS 2 SOURCES verification/coupler_loads.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_body LABEL coupling RANKS 2 SOURCES verification/coupler_body.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_periodic LABEL coupling RANKS 2 SOURCES verification/coupler_periodic.cpp LIBRARIES kerf_coupling)
 
@@ -11,8 +12,15 @@ add_test(NAME bad_inputs COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reli
 add_test(NAME modes COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/modes.py $<TARGET_FILE:kerf>
          ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
 set_tests_properties(bad_inputs modes PROPERTIES LABELS reliability TIMEOUT 900)
+add_test(NAME fem_cases COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/fem_cases.py $<TARGET_FILE:kerf>
+         ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
+set_tests_properties(fem_cases PROPERTIES LABELS fem TIMEOUT 900)
 
 # docs/parameters.md is what the program says of itself.
 add_test(NAME parameters_page
          COMMAND bash -c "diff <($<TARGET_FILE:kerf> params) ${CMAKE_SOURCE_DIR}/docs/parameters.md")
 set_tests_properties(parameters_page PROPERTIES LABELS project TIMEOUT 60)
+
+# The finite elements alone against an independent program; skipped where it is not installed.
+add_test(NAME calculix COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/verification/calculix.py $<TARGET_FILE:kerf>)
+set_tests_properties(calculix PROPERTIES LABELS fem TIMEOUT 600 SKIP_RETURN_CODE 77)

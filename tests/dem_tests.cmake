@@ -37,6 +37,12 @@ add_test(NAME stand_alone COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/ver
          ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
 set_tests_properties(stand_alone PROPERTIES LABELS dem TIMEOUT 600 PROCESSORS 2)
 
-add_test(NAME specimens COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/verification/specimens.py $<TARGET_FILE:kerf>
-         ${CMAKE_SOURCE_DIR}/cases)
-set_tests_properties(specimens PROPERTIES LABELS dem TIMEOUT 900)
+foreach(part press calibration)
+  add_test(NAME specimens_${part} COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/verification/specimens.py
+           $<TARGET_FILE:kerf> ${CMAKE_SOURCE_DIR}/cases ${part})
+  set_tests_properties(specimens_${part} PROPERTIES LABELS dem TIMEOUT 900)
+endforeach()
+# Minutes: ctest -C long -L dem-long
+add_test(NAME specimens_long COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/verification/specimens.py $<TARGET_FILE:kerf>
+         ${CMAKE_SOURCE_DIR}/cases long CONFIGURATIONS long)
+set_tests_properties(specimens_long PROPERTIES LABELS dem-long TIMEOUT 3600 PROCESSORS 2)

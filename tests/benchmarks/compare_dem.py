@@ -137,12 +137,12 @@ Made by `tests/benchmarks/compare_dem.py`.
 """
 
 
-def put_section(document, text):
+def put_section(document, text, begin=BEGIN, end=END):
     """Replaces what stands between the markers."""
     old = document.read_text(encoding="utf-8")
-    if old.count(BEGIN) != 1 or old.count(END) != 1 or old.index(END) < old.index(BEGIN):
-        raise Failed(f"{document}: the markers {BEGIN} and {END} are not there once each, in this order")
-    document.write_text(old[:old.index(BEGIN) + len(BEGIN)] + "\n" + text + old[old.index(END):], encoding="utf-8")
+    if old.count(begin) != 1 or old.count(end) != 1 or old.index(end) < old.index(begin):
+        raise Failed(f"{document}: the markers {begin} and {end} are not there once each, in this order")
+    document.write_text(old[:old.index(begin) + len(begin)] + "\n" + text + old[old.index(end):], encoding="utf-8")
 
 
 def main():

@@ -83,6 +83,17 @@ with tempfile.TemporaryDirectory() as work:
         "subsection Packing", "subsection Boundary\n set Conditions = left: fixed\nend\nsubsection Packing"),
         "is not periodic along y", "Mesh/Periodic", more=["--set", "Tool/Kind=none"])
     bad("plane_is_no_number", change("set Radius spread", "set Plane at = left\n  set Radius spread"), "Packing/Plane at", "'left'")
+
+    def with_conditions(conditions):
+        return change("subsection Packing", f"subsection Boundary\n set Conditions = {conditions}\nend\nsubsection Packing")
+
+    bad("bad_place", with_conditions("y << 1: fixed"), "y << 1", "expression of x, y and z")
+    bad("empty_place", with_conditions("y < -1: fixed"), "no boundary face", "y < -1")
+    bad("bad_traction", with_conditions("top: traction 1e6"), "traction TX TY ramp DURATION")
+    bad("bad_refinement", change("set Cell size", "set Refine = 0 0 0.01 0.01\n  set Cell size"), "Mesh/Refine", "5 numbers")
+    bad("bad_refinement_level", change("set Cell size", "set Refine = 0 0 0.01 0.01 1.5\n  set Cell size"), "Mesh/Refine", "1 to 8")
+    bad("bad_initial_stress", change("subsection Packing", "subsection Loads\n set Initial stress = -1e6\nend\nsubsection Packing"),
+        "Loads/Initial stress", "3 numbers")
     case = kerf_runner.copy_case(SMALL_CASE, os.path.join(work, "other_store"),
                                  change("set Mean diameter = 1e-3", "set Mean diameter = 1e-3\n  set Gap tolerance = 0.2"))
     for store in os.listdir(good):

@@ -11,6 +11,7 @@ mold                 fast linker
 libdeal.ii-dev       finite elements
 libliggghts-dev      particles
 libeigen3-dev        linear algebra
+libmuparser-dev      expressions in case files
 libhdf5-openmpi-dev  storage of packings and results
 libopenmpi-dev       MPI
 openmpi-bin          mpirun

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Runs the specimen cases and writes their results and pictures into docs/.
 
-  specimen_results.py [--kerf build/kerf] [--calibrate] [--existing]
+  specimen_results.py [--kerf build/kerf] [--existing]
 
 Writes the table between the markers <!-- specimens:begin --> and <!-- specimens:end --> of docs/results.md and
-docs/figures/specimen_*.png. With --calibrate the strengths are searched again before (minutes) and the report is written, too;
-the cases use the values that are in their files either way.
+docs/figures/specimen_*.png. The strengths are those in the cases; calibration_results.py searches them.
 """
 import argparse
 import subprocess
@@ -42,14 +41,12 @@ def row(case, directory):
             f"{balance:.1e} |")
 
 
-def section(directories, report):
+def section(directories):
     text = ["| case | particles | wall time [s] | result | energy residual / work |", "|---|---:|---:|---|---:|"]
     text += [row(case, directory) for case, directory in zip(CASES, directories)]
     text += ["", "Made by `tests/tools/specimen_results.py`.", ""]
     for case, name in PICTURES:
         text += [f"![{case}: {name.replace('_', ' ')}](figures/specimen_{case}_{name}.png)", ""]
-    if report:
-        text += ["`kerf calibrate cases/uniaxial_compression_2d`:", "", "```", *report, "```", ""]
     return "\n".join(text)
 
 
@@ -60,18 +57,11 @@ def half_size(source, target):
     image.imsave(target, 0.25 * (pixels[::2, ::2] + pixels[1::2, ::2] + pixels[::2, 1::2] + pixels[1::2, 1::2]))
 
 
-def calibrate(kerf):
-    command = [kerf, "calibrate", str(ROOT / "cases" / CASES[0])]
-    output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    return [line for line in output.splitlines() if line.startswith(("R_n", "calibrated with", "  "))]
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kerf", default=str(ROOT / "build" / "kerf"))
     parser.add_argument("--results", default="results/specimens")
     parser.add_argument("--docs", default=str(ROOT / "docs"))
-    parser.add_argument("--calibrate", action="store_true")
     parser.add_argument("--existing", action="store_true", help="run nothing, read what is there")
     options = parser.parse_args()
     directories = [Path(options.results) / case for case in CASES]
@@ -81,11 +71,10 @@ def main():
             for case, directory in zip(CASES, directories):
                 subprocess.run([options.kerf, "run", str(ROOT / "cases" / case), "--output", str(directory), "--overwrite"],
                                check=True)
-        report = calibrate(options.kerf) if options.calibrate else []
         for case, name in PICTURES:
             source = Path(options.results) / case / "figures" / f"{name}.png"
             half_size(source, docs / "figures" / f"specimen_{case}_{name}.png")
-        compare_modes.put_section(docs / "results.md", section(directories, report), BEGIN, END)
+        compare_modes.put_section(docs / "results.md", section(directories), BEGIN, END)
     except (Unreadable, OSError, subprocess.CalledProcessError) as error:
         print(f"specimen_results: {error}", file=sys.stderr)
         return 1

@@ -106,13 +106,16 @@ TEST(StressMeasure, ClosedAnswers)
   EXPECT_NEAR(stress_measure(Criterion::maximum_principal, uniaxial, f_t, f_c), 3e6, 1e-6);
   EXPECT_NEAR(stress_measure(Criterion::von_mises, uniaxial, f_t, f_c), 3e6, 1e-6);
   EXPECT_NEAR(stress_measure(Criterion::mohr_coulomb, uniaxial, f_t, f_c), 3e6, 1e-6);
+  EXPECT_NEAR(stress_measure(Criterion::drucker_prager, uniaxial, f_t, f_c), 3e6, 1e-6);
   Stress compression = Stress::Zero();
   compression[1] = -50e6; // at failure the measure is the tensile strength
   EXPECT_NEAR(stress_measure(Criterion::mohr_coulomb, compression, f_t, f_c), f_t, 1e-3);
+  EXPECT_NEAR(stress_measure(Criterion::drucker_prager, compression, f_t, f_c), f_t, 1e-3);
   EXPECT_NEAR(stress_measure(Criterion::maximum_principal, compression, f_t, f_c), 0., 1e-3);
   Stress shear = Stress::Zero();
   shear[5] = 2e6;
   EXPECT_NEAR(stress_measure(Criterion::von_mises, shear, f_t, f_c), 2e6 * std::sqrt(3.), 1e-6);
   EXPECT_NEAR(stress_measure(Criterion::maximum_principal, shear, f_t, f_c), 2e6, 1e-6);
   EXPECT_NEAR(stress_measure(Criterion::mohr_coulomb, shear, f_t, f_c), 2e6 * (1. + f_t / f_c), 1e-6);
+  EXPECT_NEAR(stress_measure(Criterion::drucker_prager, shear, f_t, f_c), std::sqrt(3.) * 1e6 * (1. + f_t / f_c), 1e-6);
 }

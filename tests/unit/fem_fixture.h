@@ -111,6 +111,48 @@ inline void write_distorted_msh(const std::string &path, const int nx, const int
   file << "$EndElements\n";
 }
 
+/// nx x ny x nz hexahedra of size h with every inner node moved by up to 0.15 h in each direction; boundary ids as in the
+/// structured box.
+inline void write_distorted_hex_msh(const std::string &path, const int nx, const int ny, const int nz, const double h)
+{
+  std::ofstream file(path);
+  file.precision(17);
+  const auto node = [nx, ny](const int i, const int j, const int k) { return (k * (ny + 1) + j) * (nx + 1) + i + 1; };
+  file << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n" << (nx + 1) * (ny + 1) * (nz + 1) << '\n';
+  for (int k = 0; k <= nz; ++k)
+    for (int j = 0; j <= ny; ++j)
+      for (int i = 0; i <= nx; ++i)
+      {
+        const bool inner = i > 0 && i < nx && j > 0 && j < ny && k > 0 && k < nz;
+        const int number = node(i, j, k);
+        const auto shift = [&](const int d) { return inner ? 0.15 * noise(3 * number + d) : 0.; };
+        file << number << ' ' << h * (i + shift(0)) << ' ' << h * (j + shift(1)) << ' ' << h * (k + shift(2)) << '\n';
+      }
+  file << "$EndNodes\n$Elements\n" << nx * ny * nz + 2 * (nx * ny + ny * nz + nx * nz) << '\n';
+  int number = 0;
+  const auto quad = [&](const int id, const int a, const int b, const int c, const int d)
+  { file << ++number << " 3 2 " << id << ' ' << id << ' ' << a << ' ' << b << ' ' << c << ' ' << d << '\n'; };
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (const int i : {0, nx})
+        quad(i == 0 ? 0 : 1, node(i, j, k), node(i, j + 1, k), node(i, j + 1, k + 1), node(i, j, k + 1));
+  for (int k = 0; k < nz; ++k)
+    for (int i = 0; i < nx; ++i)
+      for (const int j : {0, ny})
+        quad(j == 0 ? 2 : 3, node(i, j, k), node(i + 1, j, k), node(i + 1, j, k + 1), node(i, j, k + 1));
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i)
+      for (const int k : {0, nz})
+        quad(k == 0 ? 4 : 5, node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k));
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i)
+        file << ++number << " 5 2 9 9 " << node(i, j, k) << ' ' << node(i + 1, j, k) << ' ' << node(i + 1, j + 1, k) << ' '
+             << node(i, j + 1, k) << ' ' << node(i, j, k + 1) << ' ' << node(i + 1, j, k + 1) << ' '
+             << node(i + 1, j + 1, k + 1) << ' ' << node(i, j + 1, k + 1) << '\n';
+  file << "$EndElements\n";
+}
+
 /// Sum over all ranks.
 inline double global_sum(double value)
 {

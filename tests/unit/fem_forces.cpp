@@ -11,21 +11,23 @@ namespace
 {
 constexpr double h = 0.05;
 
-/// Distorted quadrilaterals in the plane, or a structured box in space.
-class FemForces : public ::testing::TestWithParam<int>
+/// Distorted quadrilaterals in the plane, distorted hexahedra in space; any integration.
+class FemForces : public ::testing::TestWithParam<std::tuple<int, Integration>>
 {
 protected:
   FemForces() : file("forces")
   {
-    Settings settings = box({4 * h, 3 * h, GetParam() == 3 ? 3 * h : 0.}, h);
-    if (GetParam() == 2)
-    {
+    Settings settings = box({4 * h, 3 * h, dim() == 3 ? 3 * h : 0.}, h);
+    settings.integration = std::get<1>(GetParam());
+    settings.mesh.gmsh_file = file.path;
+    if (dim() == 2)
       write_distorted_msh(file.path, 8, 6, h);
-      settings.mesh.gmsh_file = file.path;
-    }
+    else
+      write_distorted_hex_msh(file.path, 4, 3, 3, h);
     side = make_fem_side(settings);
   }
 
+  static int dim() { return std::get<0>(GetParam()); }
   const Eigen::Matrix3Xd &X() const { return side->mesh().nodes; }
   int n_nodes() const { return side->mesh().n_nodes(); }
   Eigen::Matrix3Xd zero() const { return Eigen::Matrix3Xd::Zero(3, n_nodes()); }
@@ -39,7 +41,7 @@ protected:
   {
     Eigen::Matrix3d H;
     H << 0.9, -0.6, 0.2, 0.4, -0.7, -0.3, 0.1, 0.5, 0.8;
-    if (GetParam() == 2)
+    if (dim() == 2)
     {
       H.row(2).setZero();
       H.col(2).setZero();
@@ -72,7 +74,10 @@ Eigen::Matrix3d cauchy(const Eigen::Matrix3d &H)
 }
 } // namespace
 
-INSTANTIATE_TEST_SUITE_P(Dimensions, FemForces, ::testing::Values(2, 3));
+INSTANTIATE_TEST_SUITE_P(Dimensions, FemForces,
+                         ::testing::Combine(::testing::Values(2, 3),
+                                            ::testing::Values(Integration::full, Integration::selective,
+                                                              Integration::one_point)));
 
 // Linear fields are in the space of the element, so only round-off is left.
 TEST_P(FemForces, UniformStrainGivesUniformStressAndNoInnerForce)
@@ -131,7 +136,7 @@ TEST_P(FemForces, RigidMotionGivesNoForce)
 // Stress turns with the body: forces of a strained and turned body are the turned forces.
 TEST_P(FemForces, ForcesAreObjective)
 {
-  const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.02 * h, 5, GetParam());
+  const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.02 * h, 5, dim());
   const Eigen::Matrix3Xd f = forces_of(u);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   const Eigen::Matrix3Xd turned = forces_of(turn * (X() + u) - X());
@@ -142,8 +147,8 @@ TEST_P(FemForces, ForcesAreObjective)
 TEST_P(FemForces, ForceIsMinusDerivativeOfEnergy)
 {
   side->set_weights(uneven_weights());
-  const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.05 * h, 1, GetParam());
-  const Eigen::Matrix3Xd direction = noise_field(n_nodes(), h, 2, GetParam());
+  const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.05 * h, 1, dim());
+  const Eigen::Matrix3Xd direction = noise_field(n_nodes(), h, 2, dim());
   const Eigen::Matrix3Xd f = forces_of(u);
   const double step = 1e-5;
   side->set_state(u + step * direction, zero());
@@ -157,7 +162,7 @@ TEST_P(FemForces, ForceIsMinusDerivativeOfEnergy)
 TEST_P(FemForces, IsolatedBodyHasNoTotalForceOrMoment)
 {
   side->set_weights(uneven_weights());
-  const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.05 * h, 4, GetParam());
+  const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.05 * h, 4, dim());
   const Eigen::Matrix3Xd f = forces_of(u);
   EXPECT_LT(f.rowwise().sum().norm(), 1e-12 * f.norm());
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
@@ -169,7 +174,7 @@ TEST_P(FemForces, IsolatedBodyHasNoTotalForceOrMoment)
 // Multiplication by 1/2 is exact in binary; only sums over ranks may be ordered differently.
 TEST_P(FemForces, HalfWeightHalvesForcesMassAndEnergy)
 {
-  const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.02 * h, 6, GetParam());
+  const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.02 * h, 6, dim());
   const Eigen::Matrix3Xd f = forces_of(u);
   const Eigen::Matrix3Xd mass = side->gather(NodalField::mass);
   const double energy = side->energies().elastic;
@@ -179,6 +184,30 @@ TEST_P(FemForces, HalfWeightHalvesForcesMassAndEnergy)
   EXPECT_LT((side->gather(NodalField::mass) - 0.5 * mass).norm(), 1e-15 * mass.norm());
   EXPECT_NEAR(side->energies().elastic, 0.5 * energy, 1e-14 * energy);
   EXPECT_LT((side->cell_stress().sigma - sigma).norm(), 1e-15 * rock().young) << "stress is not weighted";
+}
+
+// Hooke's law of the small strain: sigma = lambda tr(H) 1 + mu (H + H^T) whatever the size, and no stress by a spin.
+TEST_P(FemForces, SmallStrainIsLinear)
+{
+  Settings settings = box({4 * h, 3 * h, dim() == 3 ? 3 * h : 0.}, h);
+  settings.strain = Strain::small;
+  settings.integration = std::get<1>(GetParam());
+  side = make_fem_side(settings);
+  const Material material = rock();
+  const Eigen::Matrix3d H = gradient(0.2), spin = H - H.transpose();
+  const Eigen::Matrix3d exact =
+    material.lame_lambda() * H.trace() * Eigen::Matrix3d::Identity() + material.lame_mu() * (H + H.transpose());
+  Eigen::Matrix<double, 6, 1> voigt;
+  voigt << exact(0, 0), exact(1, 1), exact(2, 2), exact(1, 2), exact(0, 2), exact(0, 1);
+  const Eigen::Matrix3Xd f = forces_of(H * X());
+  CellStress stress = side->cell_stress();
+  for (int i = 0; i < stress.sigma.cols(); ++i)
+    EXPECT_LT((stress.sigma.col(i) - voigt).norm(), 1e-13 * rock().young);
+  const double volume = side->gather(NodalField::mass).row(0).sum() / material.density;
+  EXPECT_NEAR(side->energies().elastic, 0.5 * exact.cwiseProduct(H).sum() * volume, 1e-12 * rock().young * volume);
+  EXPECT_LT((forces_of(3. * H * X()) - 3. * f).norm(), 1e-12 * f.norm());
+  EXPECT_LT(forces_of(spin * X()).cwiseAbs().maxCoeff(), 1e-12 * force_scale());
+  EXPECT_LT(side->cell_stress().sigma.cwiseAbs().maxCoeff(), 1e-13 * rock().young);
 }
 
 TEST_P(FemForces, WeightsOutOfRangeAreRefused)

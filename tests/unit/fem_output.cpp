@@ -25,7 +25,8 @@ TEST(FemOutput, OneFileHoldsTheActiveCellsOfAllRanks)
   for (std::sregex_iterator it(content.begin(), content.end(), piece), end; it != end; ++it)
     n_cells += std::stoi((*it)[1]);
   EXPECT_EQ(n_cells, 9);
-  for (const char *name : {"displacement", "velocity", "alpha", "stress_xx", "stress_yy", "stress_zz", "stress_xy", "distance"})
+  for (const char *name : {"displacement", "velocity", "alpha", "stress_xx", "stress_yy", "stress_zz", "stress_xy", "distance",
+                           "smooth_stress_xx", "smooth_stress_xy"})
     EXPECT_NE(content.find("Name=\"" + std::string(name) + "\""), std::string::npos) << name;
   EXPECT_THROW(side->write_vtu(path, {{"short", Eigen::VectorXd::Zero(3)}}), std::runtime_error);
   MPI_Barrier(MPI_COMM_WORLD);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/cell_list.h"
 #include "dem_side/packing_generator.h"
+#include "tests/unit/packing_checks.h"
 
 #include <gtest/gtest.h>
 #include <limits>
 #include <random>
 
 using namespace kerf::dem;
+using namespace kerf::dem::test;
 
 namespace
 {
@@ -30,18 +32,6 @@ Packing from_points(std::vector<Eigen::Vector3d> points, double radius)
   return packing;
 }
 
-std::string error_of(const PackingSettings &settings)
-{
-  try
-  {
-    generate_packing(settings);
-  }
-  catch (const std::runtime_error &error)
-  {
-    return error.what();
-  }
-  return "no error";
-}
 } // namespace
 
 TEST(TriangularPacking, FillsTheBoxWithCentredRows)

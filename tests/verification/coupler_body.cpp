@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The coupled body as a whole: a triangular lattice in a block of finite elements with the lattice's own moduli.
-#include "coupler/coupled_model.h"
 #include "dem_side/bond_network.h"
+#include "tests/unit/coupled_body.h"
 
 #include <gtest/gtest.h>
 
@@ -11,20 +11,15 @@
 
 using namespace kerf;
 using Eigen::Vector3d;
+using test::Body;
 
 namespace
 {
 constexpr double d = 1e-3; // particle spacing [m]
 
-/// Rock whose lattice constants are known (triangular lattice, plane strain): k_n = E/(sqrt(3)(1+nu)(1-2nu)),
-/// k_t/k_n = 1 - 4 nu.
 Case make_case(fem::BoundaryKind boundary)
 {
-  Case settings;
-  settings.directory = "test";
-  settings.rock.density = 2650.;
-  settings.rock.young = 40e9;
-  settings.rock.poisson = 0.2;
+  Case settings = test::lattice_rock(d);
   settings.mesh.lower = Vector3d::Zero();
   settings.mesh.upper = Vector3d(80. * d, 40. * d, 0.);
   settings.mesh.cell_size = 4. * d;
@@ -35,60 +30,13 @@ Case make_case(fem::BoundaryKind boundary)
     condition.kind = boundary;
     settings.boundary_conditions.push_back(condition);
   }
-  settings.packing.kind = "triangular";
   settings.packing.lower = settings.mesh.lower;
   settings.packing.upper = settings.mesh.upper;
-  settings.packing.mean_diameter = d;
-  settings.bond.k_n = settings.rock.young / (std::sqrt(3.) * 1.2 * 0.6);
-  settings.bond.k_t = 0.2 * settings.bond.k_n;
-  settings.bond.R_n = settings.bond.R_t = 1e12;
-  settings.constraint = ConstraintMethod::penalty_mass_scaled;
-  settings.penalty_ratio = 0.25;
   settings.overlap_width = 16. * d;
-  settings.weight_function = WeightFunction::linear;
-  settings.criterion = Criterion::von_mises;
-  settings.sigma_star = 1e12;
-  settings.tensile_strength = settings.compressive_strength = 1.;
-  settings.tool.kind = Case::ToolKind::none;
-  settings.safety = 0.7;
   // Particles in the middle: the overlap is all around them and touches top and bottom.
   settings.fixed_region.push_back({Vector3d(30. * d, -d, -1.), Vector3d(50. * d, 41. * d, 1.)});
   return settings;
 }
-
-struct Body
-{
-  explicit Body(const Case &the_case)
-    : settings(the_case), packing(dem::generate_packing(settings.packing)), fem(make_fem()),
-      dt(0.7 * stable_steps(settings, Mode::fixed, *fem, packing, MPI_COMM_WORLD).coupled),
-      model(settings, Mode::fixed, *fem, packing, dt, MPI_COMM_WORLD)
-  {
-  }
-  std::unique_ptr<fem::FemSide> make_fem() const
-  {
-    fem::Settings fem_settings;
-    fem_settings.mesh = settings.mesh;
-    fem_settings.material = settings.rock;
-    fem_settings.boundary_conditions = settings.boundary_conditions;
-    return fem::make_fem_side(fem_settings);
-  }
-  void set_state(const std::function<Vector3d(const Vector3d &)> &u, const std::function<Vector3d(const Vector3d &)> &v)
-  {
-    Eigen::Matrix3Xd displacement = fem->mesh().nodes, velocity = displacement;
-    for (int a = 0; a < fem->mesh().n_nodes(); ++a)
-    {
-      displacement.col(a) = u(fem->mesh().nodes.col(a));
-      velocity.col(a) = v(fem->mesh().nodes.col(a));
-    }
-    fem->set_state(displacement, velocity);
-  }
-
-  Case settings;
-  dem::Packing packing;
-  std::unique_ptr<fem::FemSide> fem;
-  double dt;
-  CoupledModel model;
-};
 
 /// Linear momentum (x, y) and angular momentum of both sides.
 Vector3d momenta(Body &body)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Coupled strips that repeat themselves across y: the overlap depends on x only, waves stay plane.
-#include "coupler/coupled_model.h"
+#include "tests/unit/coupled_body.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 
 using namespace kerf;
 using Eigen::Vector3d;
+using test::Body;
 
 namespace
 {
@@ -19,80 +20,20 @@ constexpr int cells_x = 20, columns_a_cell = 4;
 const double h = columns_a_cell * column, cell_height = 4. * d, height = 2. * cell_height;
 
 /// Particles left of the tenth cell, an overlap of five cells, finite elements right of it; overlap and particle region end at
-/// columns of the lattice. Its constants: k_n = E/(sqrt(3)(1+nu)(1-2nu)), k_t/k_n = 1 - 4 nu.
+/// columns of the lattice.
 Case make_case()
 {
-  Case settings;
-  settings.directory = "test";
-  settings.rock.density = 2650.;
-  settings.rock.young = 40e9;
-  settings.rock.poisson = 0.2;
+  Case settings = test::lattice_rock(d);
   settings.mesh.upper = Vector3d(cells_x * h, height, 0.);
   settings.mesh.cell_size = h;
   settings.mesh.periodic = {{false, true, false}};
-  settings.packing.kind = "triangular";
   settings.packing.upper = settings.mesh.upper;
-  settings.packing.mean_diameter = d;
   settings.packing.periodic = settings.mesh.periodic;
   settings.packing.lattice = {1, 0.};
-  settings.bond.k_n = settings.rock.young / (std::sqrt(3.) * 1.2 * 0.6);
-  settings.bond.k_t = 0.2 * settings.bond.k_n;
-  settings.bond.R_n = settings.bond.R_t = 1e12;
-  settings.constraint = ConstraintMethod::penalty_mass_scaled;
-  settings.penalty_ratio = 0.25;
   settings.overlap_width = 5. * h;
-  settings.weight_function = WeightFunction::linear;
-  settings.criterion = Criterion::von_mises;
-  settings.sigma_star = 1e12;
-  settings.tensile_strength = settings.compressive_strength = 1.;
-  settings.tool.kind = Case::ToolKind::none;
-  settings.safety = 0.7;
   settings.fixed_region.push_back({Vector3d(0., -d, -1.), Vector3d(10. * h, height + d, 1.)});
   return settings;
 }
-
-struct Body
-{
-  explicit Body(const Case &the_case)
-    : settings(the_case), packing(dem::generate_packing(settings.packing)), fem(make_fem()),
-      dt(0.7 * stable_steps(settings, Mode::fixed, *fem, packing).coupled),
-      model(settings, Mode::fixed, *fem, packing, dt, MPI_COMM_WORLD)
-  {
-  }
-  std::unique_ptr<fem::FemSide> make_fem() const
-  {
-    fem::Settings fem_settings;
-    fem_settings.mesh = settings.mesh;
-    fem_settings.material = settings.rock;
-    return fem::make_fem_side(fem_settings);
-  }
-  void set_state(const std::function<Vector3d(const Vector3d &)> &u, const std::function<Vector3d(const Vector3d &)> &v)
-  {
-    Eigen::Matrix3Xd displacement = fem->mesh().nodes, velocity = displacement;
-    for (int a = 0; a < fem->mesh().n_nodes(); ++a)
-    {
-      displacement.col(a) = u(fem->mesh().nodes.col(a));
-      velocity.col(a) = v(fem->mesh().nodes.col(a));
-    }
-    fem->set_state(displacement, velocity);
-  }
-  /// Displacements of the particles, by index in the packing; those that are not active rest.
-  Eigen::Matrix3Xd particle_displacements()
-  {
-    Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, packing.size());
-    const dem::Particles particles = model.dem().particles();
-    for (int i = 0; i < particles.n; ++i)
-      u.col(particles.index[i]) = packing.displacement(particles.index[i], particles.position.col(i));
-    MPI_Allreduce(MPI_IN_PLACE, u.data(), static_cast<int>(u.size()), MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
-    return u;
-  }
-
-  Case settings;
-  dem::Packing packing;
-  std::unique_ptr<fem::FemSide> fem;
-  double dt;
-  CoupledModel model;
-};
 
 const auto zero = [](const Vector3d &) { return Vector3d(Vector3d::Zero()); };
 
@@ -143,7 +84,7 @@ TEST(PeriodicOverlap, DistancesGoAcrossTheSeam)
   }
 
   // A region from side to side: weights are functions of x, linear here, and sum to one.
-  Overlap overlap(mesh, fem->quadrature_points(), packing.positions, settings.weight_function, settings.overlap_width);
+  Overlap overlap(mesh, fem->quadrature_points(), packing, settings.weight_function, settings.overlap_width);
   overlap.convert(cells_inside(mesh, settings.fixed_region));
   const Eigen::VectorXd de = overlap.de_weights(), fe = overlap.fe_weights();
   const auto alpha = [&](double x) { return std::clamp((x - 10. * h) / settings.overlap_width, 0., 1.); };

@@ -140,8 +140,9 @@ TEST(DemEnergy, CrushedBody)
   EXPECT_GT(result.broken, 100);
   EXPECT_GT(result.end.friction, 0.01 * result.largest_work);
   EXPECT_GT(result.end.released, 0.01 * result.largest_work);
-  // Contacts close and open within a step and bonds fail up to a step late: first order in the step.
-  EXPECT_LT(result.relative(), 1e-3) << "residual " << result.largest_residual << " J of " << result.largest_work << " J";
+  // Contacts close and open within a step, k/2 of gap times overlap each: second order in the step, 1e-4 here. 1e-3 is asked
+  // for.
+  EXPECT_LT(result.relative(), 4e-4) << "residual " << result.largest_residual << " J of " << result.largest_work << " J";
   std::printf("  %d broken, friction %.2f, released %.2f, damping %.2f of the work; residual / work = %.2e\n",
               static_cast<int>(result.broken), result.end.friction / result.largest_work,
               result.end.released / result.largest_work, result.end.damping / result.largest_work, result.relative());

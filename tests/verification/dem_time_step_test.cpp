@@ -80,15 +80,22 @@ TEST(DemTimeStep, FaceCentredCubicSpheres)
     expect_limit_of_network(fcc_lattice(3, 5e-4), k_t);
 }
 
-TEST(DemTimeStep, RandomPacking)
+TEST(DemTimeStep, RandomPackings)
 {
-  PackingSettings box;
-  box.mean_diameter = 1e-3;
-  box.upper = Eigen::Vector3d(14., 14., 0.) * box.mean_diameter;
-  const Packing packing = generate_packing(box);
-  ASSERT_GT(packing.size(), 150);
-  for (const double k_t : {0.1, 0.5})
-    expect_limit_of_network(packing, k_t);
+  for (const int dim : {2, 3})
+  {
+    PackingSettings box;
+    box.dim = dim;
+    box.mean_diameter = 1e-3;
+    box.upper = box.mean_diameter * (dim == 2 ? Eigen::Vector3d(14., 14., 0.) : Eigen::Vector3d(6., 6., 6.));
+    const Packing packing = generate_packing(box);
+    ASSERT_GT(packing.size(), 150);
+    for (const double k_t : {0.1, 0.5})
+    {
+      SCOPED_TRACE(testing::Message() << dim << " dimensions, k_t / k_n = " << k_t);
+      expect_limit_of_network(packing, k_t);
+    }
+  }
 }
 
 TEST(DemTimeStep, AnUnstableRunEndsWithAnError)

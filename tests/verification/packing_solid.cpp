@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/bond_network.h"
+#include "tests/unit/packing_checks.h"
 
 #include <algorithm>
 #include <gtest/gtest.h>
 
 using namespace kerf::dem;
+using namespace kerf::dem::test;
 
 namespace
 {
@@ -29,16 +31,6 @@ const Packing &random_spheres()
   return packing;
 }
 
-std::vector<int> partners(const Packing &packing)
-{
-  std::vector<int> count(packing.size(), 0);
-  for (const auto &[i, j] : packing.bonds)
-  {
-    ++count[i];
-    ++count[j];
-  }
-  return count;
-}
 } // namespace
 
 TEST(SolidLattices, HaveTwelveNeighboursAndTheirDensity)

@@ -2,10 +2,12 @@
 // Packings that repeat themselves: lattices and random ones have no seam.
 #include "dem_side/bond_network.h"
 #include "tests/unit/dem_stiffness.h"
+#include "tests/unit/packing_checks.h"
 
 #include <gtest/gtest.h>
 
 using namespace kerf::dem;
+using namespace kerf::dem::test;
 
 namespace
 {
@@ -42,17 +44,6 @@ Packing fcc_bar(int planes, int periods)
   return generate_packing(settings);
 }
 
-std::vector<int> partners(const Packing &packing)
-{
-  std::vector<int> count(packing.size(), 0);
-  for (const auto &[i, j] : packing.bonds)
-  {
-    ++count[i];
-    ++count[j];
-  }
-  return count;
-}
-
 /// Bonds whose images as stored are farther apart than the particles are: those across the seam at the end of an axis.
 int bonds_across(const Packing &packing, int axis)
 {
@@ -62,18 +53,6 @@ int bonds_across(const Packing &packing, int axis)
   return n;
 }
 
-std::string error_of(const PackingSettings &settings)
-{
-  try
-  {
-    generate_packing(settings);
-  }
-  catch (const std::runtime_error &error)
-  {
-    return error.what();
-  }
-  return "no error";
-}
 } // namespace
 
 TEST(PeriodicPacking, ShortestDifferenceAndDisplacement)

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "fem_side/hourglass.h"
+
+namespace kerf::fem
+{
+/// The mean over the Gauss points of the Jacobian's determinant and of its derivatives, which are the mean gradient times the
+/// determinant: products of monomials that do not vanish in the mean. The monomial of all three directions has none.
+[[gnu::always_inline]] inline Lanes mean_gradient(const Lanes (&x)[4][2], Lanes (&B)[4][2])
+{
+  B[1][0] = x[2][1];
+  B[1][1] = -x[2][0];
+  B[2][0] = -x[1][1];
+  B[2][1] = x[1][0];
+  return dot<2>(x[1], B[1]);
+}
+[[gnu::always_inline]] inline Lanes mean_gradient(const Lanes (&x)[8][3], Lanes (&B)[8][3])
+{
+  add_cross(B[3], x[2], x[6]);
+  add_cross(B[5], x[6], x[4]);
+  const Lanes curved = dot<3>(x[3], B[3]) + dot<3>(x[5], B[5]);
+  add_cross(B[1], x[2], x[4]);
+  add_cross(B[1], x[3], x[5]);
+  add_cross(B[2], x[4], x[1]);
+  add_cross(B[2], x[6], x[3]);
+  add_cross(B[4], x[1], x[2]);
+  add_cross(B[4], x[5], x[6]);
+  add_cross(B[3], x[5], x[1]);
+  add_cross(B[5], x[1], x[3]);
+  add_cross(B[6], x[4], x[5]);
+  add_cross(B[6], x[3], x[2]);
+  return dot<3>(x[1], B[1]) + curved;
+}
+
+/// Cells of any shape. Monomials with a mean gradient: 1 .. @p n_gradients.
+template <int dim, bool uniform>
+class ShapedOnePoint
+{
+public:
+  static constexpr int n = q1::n_nodes<dim>;
+  static constexpr int n_gradients = !uniform ? n - 1 : dim == 2 ? 2 : 6;
+
+  Lanes weight; ///< sum of alpha JxW
+
+  template <typename Geometry>
+  [[gnu::always_inline]] explicit ShapedOnePoint(const Geometry &geometry)
+  {
+#pragma GCC unroll 8
+    for (int m = 1; m < n; ++m)
+#pragma GCC unroll 8
+      for (int i = 0; i < dim; ++i)
+        x[m][i] = geometry.positions.x[m][i];
+    if constexpr (uniform)
+    {
+      const Lanes determinant = mean_gradient(x, B), inverse = 1. / determinant;
+#pragma GCC unroll 8
+      for (int m = 1; m <= n_gradients; ++m)
+#pragma GCC unroll 8
+        for (int j = 0; j < dim; ++j)
+          B[m][j] *= inverse;
+      weight = geometry.weight * determinant;
+    }
+    else
+    {
+#pragma GCC unroll 8
+      for (int m = 1; m < n; ++m)
+#pragma GCC unroll 8
+        for (int j = 0; j < dim; ++j)
+          B[m][j] = geometry.gradient[m][j];
+      weight = geometry.weight;
+    }
+  }
+
+  [[gnu::always_inline]] void split(const Lanes (&c)[n][dim], GradientTensor<dim> &H, Hourglass<dim> &q) const
+  {
+#pragma GCC unroll 8
+    for (int i = 0; i < dim; ++i)
+#pragma GCC unroll 8
+      for (int j = 0; j < dim; ++j)
+      {
+        H[i][j] = c[1][i] * B[1][j];
+#pragma GCC unroll 8
+        for (int m = 2; m <= n_gradients; ++m)
+          H[i][j] += c[m][i] * B[m][j];
+      }
+#pragma GCC unroll 8
+    for (int h = 0; h < n_hourglass<dim>; ++h)
+#pragma GCC unroll 8
+      for (int i = 0; i < dim; ++i)
+      {
+        const int m = hourglass_monomials[h];
+        q[h][i] = c[m][i];
+#pragma GCC unroll 8
+        for (int j = 0; j < dim; ++j)
+          q[h][i] -= H[i][j] * x[m][j];
+      }
+  }
+
+  /// Forces s and energy of the amplitudes q; adds to P what depends on H by the deformed edges.
+  template <typename Law>
+  [[gnu::always_inline]] Lanes hourglass(const Law &law, const GradientTensor<dim> &H, const Hourglass<dim> &q,
+                                         Hourglass<dim> &s, GradientTensor<dim> &P) const
+  {
+    Lanes edge[dim][dim], on_edge[dim][dim] = {}, length_squared[dim];
+#pragma GCC unroll 8
+    for (int d = 0; d < dim; ++d)
+    {
+      Law::template push_forward<dim>(H, x[1 << d], edge[d]);
+      length_squared[d] = dot<dim>(x[1 << d], x[1 << d]);
+    }
+    Lanes energy = {};
+#pragma GCC unroll 8
+    for (int normal = 0; normal < dim; ++normal)
+    {
+      // The in-plane strain of a sheet grows along its normal.
+      const int a = normal == 0 ? 1 : 0, b = normal == dim - 1 ? dim - 2 : dim - 1;
+      const int of_a = hourglass_of(normal, a), of_b = hourglass_of(normal, b);
+      const double lambda = law.sheet_lambda(), mu = law.mu;
+      const Lanes strain_aa = dot<dim>(q[of_a], edge[a]);
+      if constexpr (dim == 2)
+      {
+        const Lanes stress_aa = (lambda + 2. * mu) * strain_aa / (length_squared[a] * length_squared[a]);
+        add<dim>(s[of_a], stress_aa, edge[a]);
+        add<dim>(on_edge[a], stress_aa, q[of_a]);
+        energy += 0.5 * stress_aa * strain_aa;
+      }
+      else
+      {
+        const Lanes g_ab = dot<dim>(x[1 << a], x[1 << b]);
+        const Lanes inverse = 1. / (length_squared[a] * length_squared[b] - g_ab * g_ab);
+        const Lanes G_aa = length_squared[b] * inverse, G_bb = length_squared[a] * inverse, G_ab = -g_ab * inverse;
+        const Lanes strain_bb = dot<dim>(q[of_b], edge[b]);
+        const Lanes strain_ab = 0.5 * (dot<dim>(q[of_a], edge[b]) + dot<dim>(q[of_b], edge[a]));
+        // One index raised, then the other.
+        const Lanes m_aa = G_aa * strain_aa + G_ab * strain_ab, m_ab = G_aa * strain_ab + G_ab * strain_bb;
+        const Lanes m_ba = G_ab * strain_aa + G_bb * strain_ab, m_bb = G_ab * strain_ab + G_bb * strain_bb;
+        const Lanes pressure = lambda * (m_aa + m_bb);
+        const Lanes t_aa = pressure + (2. * mu) * m_aa, t_bb = pressure + (2. * mu) * m_bb;
+        const Lanes stress_aa = t_aa * G_aa + (2. * mu) * m_ab * G_ab;
+        const Lanes stress_bb = t_bb * G_bb + (2. * mu) * m_ba * G_ab;
+        const Lanes stress_ab = t_aa * G_ab + (2. * mu) * m_ab * G_bb;
+        add<dim>(s[of_a], stress_aa, edge[a]);
+        add<dim>(s[of_a], stress_ab, edge[b]);
+        add<dim>(s[of_b], stress_bb, edge[b]);
+        add<dim>(s[of_b], stress_ab, edge[a]);
+        add<dim>(on_edge[a], stress_aa, q[of_a]);
+        add<dim>(on_edge[a], stress_ab, q[of_b]);
+        add<dim>(on_edge[b], stress_bb, q[of_b]);
+        add<dim>(on_edge[b], stress_ab, q[of_a]);
+        energy += 0.5 * (stress_aa * strain_aa + stress_bb * strain_bb) + stress_ab * strain_ab;
+      }
+    }
+    if constexpr (dim == 3)
+    {
+#pragma GCC unroll 8
+      for (int d = 0; d < dim; ++d)
+      {
+        const Lanes strain = dot<dim>(q[3], edge[d]);
+        const Lanes stress = law.young() * strain / (length_squared[d] * length_squared[d]);
+        add<dim>(s[3], stress, edge[d]);
+        add<dim>(on_edge[d], stress, q[3]);
+        energy += 0.5 * stress * strain;
+      }
+    }
+    if constexpr (!Law::linear)
+    {
+#pragma GCC unroll 8
+      for (int d = 0; d < dim; ++d)
+#pragma GCC unroll 8
+        for (int i = 0; i < dim; ++i)
+          add<dim>(P[i], on_edge[d][i], x[1 << d]);
+    }
+    return energy;
+  }
+
+  [[gnu::always_inline]] void add_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
+  {
+#pragma GCC unroll 8
+    for (int i = 0; i < dim; ++i)
+    {
+      Lanes stress[dim];
+#pragma GCC unroll 8
+      for (int j = 0; j < dim; ++j)
+      {
+        stress[j] = P[i][j];
+        // The amplitudes are measured from the linear field.
+#pragma GCC unroll 8
+        for (int h = 0; h < n_hourglass<dim>; ++h)
+          stress[j] -= s[h][i] * x[hourglass_monomials[h]][j];
+        stress[j] *= weight;
+      }
+#pragma GCC unroll 8
+      for (int m = 1; m <= n_gradients; ++m)
+        f[m][i] += dot<dim>(stress, B[m]);
+#pragma GCC unroll 8
+      for (int h = 0; h < n_hourglass<dim>; ++h)
+        f[hourglass_monomials[h]][i] += weight * s[h][i];
+    }
+  }
+
+private:
+  Lanes x[n][dim], B[n][dim] = {};
+};
+} // namespace kerf::fem
