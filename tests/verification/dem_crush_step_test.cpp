@@ -37,11 +37,12 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
   settings.bond.R_n = settings.bond.R_t = 2e-4 * packing.mean_diameter * settings.bond.k_n;
   settings.bond.friction = 1.;
   const double height = packing.upper[1] - packing.lower[1], speed = 20.; // under 1 % of the wave speed
-  std::vector<fem::BoundaryCondition> conditions = {{3, fem::BoundaryKind::velocity, {0., -speed, 0.}, 2e-6}};
-  conditions.push_back({2, fem::BoundaryKind::fixed, Eigen::Vector3d::Zero(), 0.});
+  std::vector<fem::BoundaryCondition> conditions = {
+    {3, "", fem::BoundaryKind::velocity, {0., -speed, 0.}, Eigen::Vector3d::Zero(), 2e-6}};
+  conditions.push_back({2, "", fem::BoundaryKind::fixed});
   for (const int id : {0, 1, 4, 5})
     if (id < 2 * packing.dim)
-      conditions.push_back({id, fem::BoundaryKind::roller, Eigen::Vector3d::Zero(), 0.});
+      conditions.push_back({id, "", fem::BoundaryKind::roller});
   ParticleBoundary boundary(fem->mesh(), settings.rock, conditions, packing);
 
   const double dt = fraction_of_step * stable_steps(settings, Mode::dem, *fem, packing, MPI_COMM_WORLD).dem;

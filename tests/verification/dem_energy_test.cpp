@@ -37,7 +37,7 @@ struct Body
     settings.tool.stiffness_ratio = 1.;
     settings.boundary_conditions = {condition(2, fem::BoundaryKind::fixed)};
   }
-  static fem::BoundaryCondition condition(int id, fem::BoundaryKind kind) { return {id, kind, Eigen::Vector3d::Zero(), 0.}; }
+  static fem::BoundaryCondition condition(int id, fem::BoundaryKind kind) { return {id, "", kind}; }
   /// The disc comes from above, @p depth into the body at @p time.
   void press(double depth, double time)
   {

@@ -141,7 +141,7 @@ void expect_same_motion(const dem::Packing &packing, const std::vector<fem::Boun
 
 fem::BoundaryCondition condition(int id, fem::BoundaryKind kind)
 {
-  return {id, kind, Eigen::Vector3d::Zero(), 0.};
+  return {id, "", kind};
 }
 
 fem::BoundaryCondition push(int id, const Eigen::Vector3d &velocity)

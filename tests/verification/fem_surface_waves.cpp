@@ -114,8 +114,9 @@ double smooth_response(const double tau, const double ramp)
 } // namespace
 
 // A quarter of the half-space between rollers, force on the corner node, receiver 20 cells away on the surface, force reached
-// within 0.7 r/c_s = 14 cells of S wave. P waves from the far sides could arrive at the end only, and are absorbed. Within 5 % of the static displacement at
-// all times: the mesh's dispersion at 10 to 20 cells a wavelength and the width of the nodal force.
+// within 0.7 r/c_s = 14 cells of S wave. P waves from the far sides could arrive at the end only, and are absorbed. Within 5 %
+// of the static displacement at all times: the mesh's dispersion at 10 to 20 cells a wavelength and the width of the nodal
+// force.
 TEST(FemSurfaceWaves, PekerisDisplacementInThreeDimensions)
 {
   const double h = 0.01, r = 20. * h, size = 38. * h, ramp = 0.7, Z = 1e3;
