@@ -10,11 +10,6 @@
 
 namespace kerf
 {
-namespace
-{
-}
-} // namespace
-
 ActivationRule::ActivationRule(const Case &settings, const fem::Mesh &mesh, MPI_Comm comm)
   : settings(settings), mesh(mesh), comm(comm)
 {
@@ -167,22 +162,40 @@ std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap,
 
 Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, MPI_Comm comm)
 {
+  using Eigen::Vector3d;
+  const bool flat = fem.mesh().dim == 2;
   const dem::Particles particles = dem.particles();
-  double sums[4] = {0., 0., 0., 0.};
+  Eigen::Matrix<double, 7, 1> sums = Eigen::Matrix<double, 7, 1>::Zero(); // mass, momentum, angular momentum
   for (int i = 0; i < particles.n; ++i)
   {
+    const Vector3d momentum = particles.mass[i] * particles.velocity.col(i), x = particles.position.col(i);
+    const double inertia = (flat ? 0.5 : 0.4) * particles.mass[i] * particles.radius[i] * particles.radius[i];
     sums[0] += particles.mass[i];
-    for (int c = 0; c < 3; ++c)
-      sums[1 + c] += particles.mass[i] * particles.velocity(c, i);
+    sums.segment<3>(1) += momentum;
+    sums.tail<3>() += x.cross(momentum) + inertia * particles.angular_velocity.col(i);
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, comm);
-  Inventory inventory{sums[0], Eigen::Vector3d(sums[1], sums[2], sums[3])};
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 7, MPI_DOUBLE, MPI_SUM, comm);
   if (fem.n_active_cells() > 0)
   {
-    const Eigen::Matrix3Xd mass = fem.gather(fem::NodalField::mass), velocity = fem.gather(fem::NodalField::velocity);
-    inventory.mass += mass.row(0).sum();
-    inventory.momentum += (velocity.array().rowwise() * mass.row(0).array()).matrix().rowwise().sum();
+    const Eigen::Matrix3Xd mass = fem.gather(fem::NodalField::mass), velocity = fem.gather(fem::NodalField::velocity),
+                           displacement = fem.gather(fem::NodalField::displacement);
+    for (int a = 0; a < fem.mesh().n_nodes(); ++a)
+    {
+      const Vector3d momentum = mass(0, a) * velocity.col(a), x = fem.mesh().nodes.col(a) + displacement.col(a);
+      sums[0] += mass(0, a);
+      sums.segment<3>(1) += momentum;
+      sums.tail<3>() += x.cross(momentum);
+    }
   }
+  const dem::Energies discrete = dem.energies();
+  const fem::Energies continuum = fem.energies();
+  Inventory inventory;
+  inventory.mass = sums[0];
+  inventory.momentum = sums.segment<3>(1);
+  inventory.angular_momentum = sums.tail<3>();
+  inventory.kinetic = discrete.kinetic + continuum.kinetic;
+  inventory.elastic = discrete.elastic + continuum.elastic;
+  inventory.bonds = dem.n_bonds_intact() + dem.n_bonds_broken();
   return inventory;
 }
 } // namespace kerf

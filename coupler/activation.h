@@ -37,11 +37,15 @@ std::vector<int> cells_inside(const fem::Mesh &mesh, const std::vector<Box> &box
 std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap, const dem::Packing &packing,
                                       const std::vector<char> &active, MPI_Comm comm);
 
-/// Mass [kg] and linear momentum [N s] of both sides, to audit a change of models.
+/// What both sides hold together, to audit a change of models.
 struct Inventory
 {
-  double mass = 0.;
-  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  double mass = 0.;                                           ///< [kg]
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();         ///< [N s]
+  Eigen::Vector3d angular_momentum = Eigen::Vector3d::Zero(); ///< about the origin, with the particles' spin [N m s]
+  double kinetic = 0., elastic = 0.;                          ///< [J]
+  std::int64_t bonds = 0;                                     ///< of the particles, intact or broken
 };
+/// Collective.
 Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, MPI_Comm comm);
 } // namespace kerf

@@ -441,6 +441,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.overlap_width = overlap_cells > 0. ? overlap_cells * result.mesh.cell_size
                                             : reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
   result.interface_damping = reader.number("Coupling", "Interface damping");
+  result.bond.breaking_weight = reader.number("Coupling", "Breaking weight");
   result.fluctuation_relaxation = reader.number("Coupling", "Fluctuation relaxation");
   result.weight_function = choose<WeightFunction>(
     reader.text("Coupling", "Weight function"),

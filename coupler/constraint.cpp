@@ -19,8 +19,11 @@ PenaltyConstraint::Settings penalty_settings(const Case &settings, double dt)
 std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
 {
   if (settings.constraint == ConstraintMethod::multipliers)
-    return std::make_unique<MultiplierConstraint>(MultiplierConstraint::Settings{comm, dt, settings.fluctuation_relaxation},
-                                                  packing);
+  {
+    MultiplierConstraint::Settings multipliers = multiplier_settings(settings, dt);
+    multipliers.comm = comm;
+    return std::make_unique<MultiplierConstraint>(multipliers, packing);
+  }
   if (settings.constraint == ConstraintMethod::multipliers_diagonal)
     return std::make_unique<DiagonalConstraint>(DiagonalConstraint::Settings{comm, dt, settings.penalty_ratio}, packing);
   PenaltyConstraint::Settings penalty = penalty_settings(settings, dt);

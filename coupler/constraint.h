@@ -40,6 +40,8 @@ public:
   virtual void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) = 0;
 
   virtual Tie tie() const = 0;
+  /// Stiffness of the springs on this rank's particles, in their order at the last apply() [N/m]; empty: no springs.
+  virtual Eigen::VectorXd springs() const { return {}; }
   virtual ConstraintEnergy energy() const = 0;
   /// Number of constrained particles of the whole model.
   virtual int n_particles() const = 0;

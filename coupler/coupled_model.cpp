@@ -33,7 +33,8 @@ CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, c
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width),
     activation(settings, fem.mesh(), comm), boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
-    loads(settings, fem.mesh(), packing), constraint(make_constraint(settings, packing, dt, comm)), watch(settings, packing, comm),
+    loads(settings, fem.mesh(), packing), constraint(make_constraint(settings, packing, dt, comm)),
+    watch(settings, packing, comm),
     cutter(settings.tool, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm), tool_work(dt, comm),
     boundary_work(dt, comm), absorbing_work(dt, comm)
 {
@@ -160,10 +161,24 @@ void CoupledModel::convert(const std::vector<int> &cells)
   if (mode == Mode::adaptive)
     watch.check(fem_side, regions, active_ties(), dem_side->is_active(), cells, dt);
 
+  event.bonds_stored = bonds_between(fresh);
   event.after = take_inventory(fem_side, *dem_side, comm);
   event.energy_after = energies().held();
   conversion_energy += event.energy_after - event.energy_before;
   activation_events.push_back(event);
+}
+
+/// Stored bonds of new particles to active ones.
+std::int64_t CoupledModel::bonds_between(const std::vector<int> &fresh) const
+{
+  std::vector<char> is_new(packing.size(), 0);
+  for (const int i : fresh)
+    is_new[i] = 1;
+  std::int64_t bonds = 0;
+  for (const int i : fresh)
+    for (const int partner : regions.bonds().partners_of(i))
+      bonds += dem_side->is_active()[partner] && (!is_new[partner] || i < partner);
+  return bonds;
 }
 
 /// The ties of the present overlap to particles that did not leave the domain.
@@ -190,8 +205,8 @@ void CoupledModel::settle(const std::vector<int> &fresh, const std::vector<int> 
   if (tie == Tie::mean)
   {
     // With full weights: the places of rest do not depend on how stiffness is shared, and weights would load particles with
-    // forces that the finite elements balance. What was at rest in the old overlap is so no longer. The outermost particles miss
-    // bonds and stay; so do damaged ones, whose contacts would take the move for sliding.
+    // forces that the finite elements balance. What was at rest in the old overlap is so no longer. The outermost particles
+    // miss bonds and stay; so do damaged ones, whose contacts would take the move for sliding.
     moving.insert(moving.end(), reweighted.begin(), reweighted.end());
     const std::vector<char> damaged = damaged_particles();
     const auto stays = [&](int i)
@@ -207,7 +222,8 @@ void CoupledModel::settle(const std::vector<int> &fresh, const std::vector<int> 
   if (!at_rest)
   {
     relaxing = true;
-    relax(settings, packing, moving, *dem_side, [this] { set_up_forces(); });
+    relax(
+      settings, packing, moving, *dem_side, [this] { set_up_forces(); }, [this] { return constraint->springs(); });
     relaxing = false;
     dem_side->set_weights(regions.de_weights());
   }

@@ -8,8 +8,8 @@
 #include "coupler/outer_work.h"
 #include "coupler/overlap.h"
 #include "coupler/particle_boundary.h"
-#include "coupler/stable_step.h"
 #include "coupler/particle_loads.h"
+#include "coupler/stable_step.h"
 #include "coupler/step_timer.h"
 #include "coupler/tool.h"
 
@@ -22,8 +22,9 @@ struct ActivationEvent
 {
   std::int64_t step = 0;
   double time = 0.;
-  int cells = 0;     ///< converted in this event
-  int particles = 0; ///< taken from the store in this event
+  int cells = 0;                 ///< converted in this event
+  int particles = 0;             ///< taken from the store in this event
+  std::int64_t bonds_stored = 0; ///< between a new particle and any active one; before and after must differ by them
   Inventory before, after;
   double energy_before = 0., energy_after = 0.; ///< held by the body, see EnergyLedger::held() [J]
 };
@@ -69,6 +70,7 @@ public:
 private:
   void cycle(dem::Phase phase, dem::Particles &particles);
   void convert(const std::vector<int> &cells);
+  std::int64_t bonds_between(const std::vector<int> &fresh) const;
   std::vector<TiedParticle> active_ties() const;
   void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted);
   std::vector<char> damaged_particles() const;

@@ -2,6 +2,7 @@
 #include "coupler/coupled_operator.h"
 
 #include "coupler/gather.h"
+#include "coupler/multiplier_constraint.h"
 #include "coupler/penalty_constraint.h"
 #include "coupler/stable_step.h"
 
@@ -49,7 +50,7 @@ CoupledOperator::CoupledOperator(const Case &settings, const fem::FemSide &fem, 
     for (int c = 0; c < dim; ++c)
       inverse_root_mass[dim * p + c] = std::sqrt(inverse_node_mass(c, nodes[p]));
   inverse_root_mass.tail(network->n_dofs()) = network->masses().cwiseSqrt().cwiseInverse();
-  add_ties(fem, packing, tied);
+  add_ties(fem, packing, overlap, tied);
   remove_masses_of_held(tied);
   if (settings.constraint == ConstraintMethod::multipliers)
     build_multipliers();
@@ -114,29 +115,29 @@ void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Co
   }
 }
 
-void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &packing, const std::vector<TiedParticle> &tied)
+void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &packing, const Overlap &overlap,
+                               const std::vector<TiedParticle> &tied)
 {
-  std::vector<const TiedParticle *> inside;
-  std::vector<int> places;
-  for (const TiedParticle &particle : tied)
-  {
-    const auto place = std::lower_bound(particles.begin(), particles.end(), particle.index);
-    if (place == particles.end() || *place != particle.index)
-      continue;
-    inside.push_back(&particle);
-    places.push_back(first_particle_dof + network->per_particle() * static_cast<int>(place - particles.begin()));
-  }
-  Eigen::Matrix3Xd points(3, inside.size());
-  for (std::size_t k = 0; k < inside.size(); ++k)
-    points.col(k) = packing.positions.col(inside[k]->index);
+  Eigen::Matrix3Xd points(3, tied.size());
+  for (std::size_t k = 0; k < tied.size(); ++k)
+    points.col(k) = packing.positions.col(tied[k].index);
   const std::vector<fem::Interpolation> found = fem.locate(points);
-  for (std::size_t k = 0; k < inside.size(); ++k)
+  std::unordered_map<int, double> shares; // of all ties of a node
+  for (std::size_t k = 0; k < tied.size(); ++k)
+    for (int a = 0; a < found[k].n; ++a)
+      shares[found[k].nodes[a]] += tied[k].share * found[k].N[a];
+
+  for (std::size_t k = 0; k < tied.size(); ++k)
   {
+    const auto place = std::lower_bound(particles.begin(), particles.end(), tied[k].index);
+    if (place == particles.end() || *place != tied[k].index)
+      continue;
     Tie tie;
-    tie.particle = places[k];
-    tie.share = inside[k]->share;
-    tie.mass = 1. / std::pow(inverse_root_mass[places[k]], 2);
-    tie.measure = tie.share * packing.volume(inside[k]->index);
+    tie.particle = first_particle_dof + network->per_particle() * static_cast<int>(place - particles.begin());
+    tie.share = tied[k].share;
+    tie.weight = overlap.de_weights()[tied[k].index];
+    tie.mass = 1. / std::pow(inverse_root_mass[tie.particle], 2);
+    tie.measure = tie.share * packing.volume(tied[k].index);
     double inverse = 1. / tie.mass;
     bool whole = true;
     for (int a = 0; a < found[k].n; ++a)
@@ -149,7 +150,8 @@ void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &pack
         break;
       tie.node[tie.n] = dim * node->second;
       tie.N[tie.n++] = found[k].N[a];
-      inverse += std::pow(found[k].N[a] * inverse_root_mass.segment(dim * node->second, dim).maxCoeff(), 2);
+      inverse +=
+        found[k].N[a] * shares[found[k].nodes[a]] * std::pow(inverse_root_mass.segment(dim * node->second, dim).maxCoeff(), 2);
     }
     tie.mu = 1. / inverse;
     if (whole) // at the edge of the part some nodes are missing
@@ -206,13 +208,13 @@ double CoupledOperator::tie_coefficient(const Tie &tie, double dt) const
   switch (settings.constraint)
   {
   case ConstraintMethod::multipliers:
-    return 2. * settings.fluctuation_relaxation * tie.share * tie.mass;
+    return 2. * settings.fluctuation_relaxation * tie.share * tie.mass +
+           dt * dt * holding_spring(multiplier_settings(settings, dt), tie.weight, tie.share, tie.mass);
   case ConstraintMethod::multipliers_diagonal:
     return 0.; // never lowers the limit
   default:
     const PenaltyConstraint::Settings penalty = penalty_settings(settings, dt);
-    const double k = penalty_stiffness(penalty, tie.share, tie.mu);
-    return dt * dt * k + 2. * dt * penalty_viscosity(penalty, k, tie.mu);
+    return dt * dt * penalty_stiffness(penalty, tie.share, tie.mu) + 2. * dt * penalty_viscosity(penalty, tie.share, tie.mu);
   }
 }
 

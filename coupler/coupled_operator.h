@@ -43,6 +43,7 @@ private:
     std::array<double, 8> N;
     double share = 1., mass = 0., mu = 0.; ///< [-], [kg], [kg]
     double measure = 0.;                   ///< c of the multipliers
+    double weight = 0.;                    ///< of the particle
   };
   struct Cell
   {
@@ -57,7 +58,8 @@ private:
   };
 
   void add_cells(const fem::FemSide &fem, const Box &part, MPI_Comm comm);
-  void add_ties(const fem::FemSide &fem, const dem::Packing &packing, const std::vector<TiedParticle> &tied);
+  void add_ties(const fem::FemSide &fem, const dem::Packing &packing, const Overlap &overlap,
+                const std::vector<TiedParticle> &tied);
   void build_multipliers();
   void remove_masses_of_held(const std::vector<TiedParticle> &tied);
   double tie_coefficient(const Tie &tie, double dt) const;

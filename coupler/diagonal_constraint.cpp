@@ -17,44 +17,16 @@ void DiagonalConstraint::set_particles(const std::vector<TiedParticle> &particle
   links.set_particles(particles);
 }
 
-void DiagonalConstraint::choose_masses(const dem::Particles &particles, fem::FemSide &fem)
-{
-  fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
-  Eigen::Matrix3Xd node_mass;
-  fem.read_window(fem::NodalField::mass, node_mass);
-  // sum_j N_ja needs the particles of all ranks: pushed to the nodes as if it were a force, and read back.
-  Eigen::Matrix3Xd before, shares = Eigen::Matrix3Xd::Zero(3, links.n_window());
-  fem.read_window(fem::NodalField::force, before);
-  for (const OverlapLink &link : links.links())
-    OverlapLinks::spread(link, Vector3d::Constant(link.share), shares);
-  Eigen::Matrix3Xd total;
-  fem.add_window_forces(shares);
-  fem.read_window(fem::NodalField::force, total);
-  fem.add_window_forces(-shares);
-  total -= before;
-
-  mass.clear();
-  for (const OverlapLink &link : links.links())
-  {
-    double inverse = 1. / particles.mass[link.particle];
-    bool massless_node = false;
-    for (int a = 0; a < link.n; ++a)
-    {
-      const double m = node_mass(0, link.node[a]);
-      massless_node = massless_node || m <= 0.;
-      inverse += m > 0. ? link.N[a] * total(0, link.node[a]) / m : 0.;
-    }
-    mass.push_back(massless_node ? 0. : link.share / inverse);
-  }
-}
-
 void DiagonalConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
   if (links.n_particles() == 0)
     return;
   work.begin(phase, particles, fem);
   if (links.update(particles, fem))
-    choose_masses(particles, fem);
+  {
+    mass = links.tied_masses(particles, fem);
+    fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
+  }
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::force, force);
@@ -72,7 +44,7 @@ void DiagonalConstraint::apply(dem::Phase phase, dem::Particles &particles, fem:
     for (int a = 0; a < link.n; ++a)
       rate -= link.N[a] * ahead.col(link.node[a]);
     const Vector3d chi = links.displacement_gap(link, particles, displacement);
-    const Vector3d pull = mass[k] / tau * (rate + settings.closing / dt * chi);
+    const Vector3d pull = link.share * mass[k] / tau * (rate + settings.closing / dt * chi);
     const Vector3d couple = chi.cross(pull);
     particles.force.col(i) -= pull;
     particles.torque.col(i) += couple;

@@ -32,11 +32,9 @@ public:
   int n_particles() const override { return links.n_particles(); }
 
 private:
-  void choose_masses(const dem::Particles &particles, fem::FemSide &fem);
-
   Settings settings;
   OverlapLinks links;
-  std::vector<double> mass; ///< 1/D_i of each link [kg]
+  std::vector<double> mass; ///< 1/D_i of each link [kg], see OverlapLinks::tied_masses()
   Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force, node_force;
   InterfaceWork work;
 };

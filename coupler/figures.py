@@ -18,6 +18,7 @@ import numpy as np
 
 from results_file import History, Unreadable, running_mean, steady_window, time_mean
 from snapshot_figures import MILLI, OVERLAP_COLOUR, snapshot_figures
+from stability_figures import stability_figures
 
 LINE_COLOURS = ["#1f5488", "#d1421f", "#3a8a4d", "#8e44ad", "#c98a12", "#4c4c4c", "#1aa0a8", "#a8325e"]
 STYLE = {"font.size": 11, "axes.titlesize": 11, "axes.labelsize": 11, "legend.fontsize": 10, "axes.grid": False,
@@ -127,23 +128,30 @@ def cost_figure(history, output):
 
 
 def energy_figure(history, output):
-    """All energies and works that are not zero throughout; works are dashed."""
-    names = [name for name in sorted(history.columns) if name.startswith(("energy_", "work_")) and np.any(history[name])]
-    if names:
-        largest = max(names, key=lambda name: np.nanmax(np.abs(history[name]), initial=0.))
-        unit = scaled(largest, history)[1]
-        factor = 1e-3 if unit.startswith("k") else 1.
-        figure, axis = plt.subplots(figsize=(10., 5.), layout="constrained")
-        for name in names:
-            kind, what = name.split("_", 1)
-            style = {"linestyle": "--"} if kind == "work" else {}
-            if name == "work_tool":
-                style["color"] = "black"
-            label = f"work of the {what}" if kind == "work" else what.replace("_", " ")
-            axis.plot(history["time"] * MILLI, history[name] * factor, linewidth=1.8, label=label, **style)
-        axis.set_ylabel(f"energy [{unit}]")
-        axis.legend(loc="lower right", bbox_to_anchor=(1., 1.), ncol=6, frameon=False, borderaxespad=0.2)
-        finish(figure, [axis], output / "energy.png")
+    """All energies and works that are not zero throughout, works dashed; below, what the balance misses."""
+    names = [name for name in sorted(history.columns) if name.startswith(("energy_", "work_")) and np.any(history[name])
+             and name != "energy_residual"]
+    if not names:
+        return
+    largest = max(names, key=lambda name: np.nanmax(np.abs(history[name]), initial=0.))
+    unit = scaled(largest, history)[1]
+    factor = 1e-3 if unit.startswith("k") else 1.
+    figure, (axis, missing) = plt.subplots(2, 1, sharex=True, figsize=(10., 6.6), layout="constrained",
+                                           gridspec_kw={"height_ratios": [3., 1.]})
+    for name in names:
+        kind, what = name.split("_", 1)
+        style = {"linestyle": "--"} if kind == "work" else {}
+        if name == "work_tool":
+            style["color"] = "black"
+        label = f"work of the {what}" if kind == "work" else what.replace("_", " ")
+        axis.plot(history["time"] * MILLI, history[name] * factor, linewidth=1.8, label=label, **style)
+    axis.set_ylabel(f"energy [{unit}]")
+    axis.legend(loc="lower right", bbox_to_anchor=(1., 1.), ncol=6, frameon=False, borderaxespad=0.2)
+    if "energy_residual" in history:
+        share = 100. / np.nanmax(np.abs(history[largest]), initial=np.finfo(float).tiny)
+        missing.plot(history["time"] * MILLI, share * history["energy_residual"], linewidth=1.4)
+        missing.set_ylabel(f"residual [% of {largest.split('_', 1)[1].replace('_', ' ')}]")
+    finish(figure, [axis, missing], output / "energy.png")
 
 
 def compare(directories, labels, output, column="tool_force_y"):
@@ -167,8 +175,11 @@ def compare(directories, labels, output, column="tool_force_y"):
 
 
 def make_figures(directory):
-    """All figures of one run, in directory/figures."""
+    """All figures of one run or study, in directory/figures."""
     output = Path(directory) / "figures"
+    if (Path(directory) / "stability.csv").exists():
+        stability_figures(Path(directory) / "stability.csv", output)
+        return
     history = History(directory)
     output.mkdir(exist_ok=True)
     notes = [snapshot_figures(directory, output)]

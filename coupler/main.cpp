@@ -26,7 +26,8 @@ void add_case_options(CLI::App &command, kerf::RunOptions &options, std::string 
 /// Pictures are drawn by a script from the files of the run, after MPI has ended (no fork beside its threads).
 void draw_figures(const std::string &directory)
 {
-  if (!std::filesystem::exists(KERF_FIGURES_SCRIPT) || !std::filesystem::exists(directory + "/history.h5"))
+  if (!std::filesystem::exists(KERF_FIGURES_SCRIPT) ||
+      (!std::filesystem::exists(directory + "/history.h5") && !std::filesystem::exists(directory + "/stability.csv")))
     return;
   const std::string quoted = "'" + directory + "'";
   if (directory.find('\'') != std::string::npos ||
@@ -80,6 +81,13 @@ int main(int argc, char **argv)
   add_case_options(*write, options, mode, false);
   write->add_option("--output", options.output, "directory (default: results/<case>_liggghts)");
   write->add_flag("--overwrite", options.overwrite, "replaces the script that the directory holds");
+  CLI::App *study = app.add_subcommand("study", "studies of a case's coupling parameters");
+  CLI::App *stability = study->add_subcommand(
+    "stability", "maps of two coupling parameters each: which settings are stable, dissipative or unstable");
+  study->require_subcommand(1);
+  add_case_options(*stability, options, mode, false);
+  stability->add_option("--output", options.output, "directory (default: results/<case>_stability)");
+  stability->add_flag("--overwrite", options.overwrite, "replaces the study that the directory holds");
   app.add_subcommand("liggghts", "runs a LIGGGHTS input script with the rock bond: -in FILE and LIGGGHTS' other options");
   CLI::App *params = app.add_subcommand("params", "prints the reference of all parameters");
   app.require_subcommand(0, 1);
@@ -117,6 +125,13 @@ int main(int argc, char **argv)
       code = kerf::calibrate_case(options, MPI_COMM_WORLD);
     else if (*write)
       code = kerf::export_case(options, MPI_COMM_WORLD);
+    else if (*stability)
+    {
+      if (options.output.empty())
+        options.output = options.results_directory() + "_stability";
+      code = kerf::study_stability(options, MPI_COMM_WORLD);
+      results = options.output;
+    }
     else if (*run)
     {
       code = kerf::run_case(options, MPI_COMM_WORLD);

@@ -12,10 +12,28 @@ using Eigen::Vector3d;
 
 namespace
 {
-/// Share of what the displacements have drifted apart that is taken back in a step. The velocities are tied exactly, so only
-/// forces that the coupler does not see, like local damping, make a drift.
+/// Share of what the mean displacements are apart that is taken back in a step. The velocities are tied exactly, so only the
+/// placing of new particles and forces that the coupler does not see, like local damping, take them apart.
 constexpr double drift_share = 0.02;
 } // namespace
+
+/// A particle of the outermost row weighs d/(2 L_o). Springs of that share of k_n give way to its load by about the strain of a
+/// diameter, and are a per cent of the stiffness of a particle that weighs one half.
+MultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt)
+{
+  MultiplierConstraint::Settings result;
+  result.time_step = dt;
+  result.relaxation = settings.fluctuation_relaxation;
+  result.holding = 0.5 * settings.bond.k_n * settings.packing.mean_diameter / settings.overlap_width;
+  return result;
+}
+
+double holding_spring(const MultiplierConstraint::Settings &settings, double weight, double share, double mass)
+{
+  constexpr double share_of_step = 0.5; // of omega^2 dt^2, at most
+  const double dt = settings.time_step;
+  return share * std::min(settings.holding * (1. - weight) * (1. - weight), share_of_step * mass / (dt * dt));
+}
 
 MultiplierConstraint::MultiplierConstraint(const Settings &settings, const dem::Packing &packing)
   : settings(settings), packing(packing), links(packing, WindowNodes::all, settings.comm),
@@ -43,10 +61,13 @@ void MultiplierConstraint::build_equations(const dem::Particles &particles, cons
   inverse_mass.resize(3, list.size());
   c.resize(list.size());
   link_force.resize(list.size());
+  spring.resize(list.size());
   for (std::size_t k = 0; k < list.size(); ++k)
   {
     const int index = particles.index[list[k].particle];
+    const int i = list[k].particle;
     c[k] = list[k].share * packing.volume(index);
+    spring[k] = holding_spring(settings, particles.weight[i], list[k].share, particles.mass[i]);
     inverse_mass.col(k).setConstant(1. / particles.mass[list[k].particle]);
     if (const auto found = blocked.find(index); found != blocked.end())
       for (int axis = 0; axis < 3; ++axis)
@@ -92,6 +113,7 @@ void MultiplierConstraint::build_equations(const dem::Particles &particles, cons
 
 void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
+  stored = 0.;
   if (links.n_particles() == 0)
     return;
   work.begin(phase, particles, fem);
@@ -99,6 +121,7 @@ void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fe
     build_equations(particles, fem);
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::velocity, velocity);
+  hold_light_particles(particles, fem);
   fem.read_window(fem::NodalField::force, force);
 
   relax_fluctuations(particles);
@@ -107,6 +130,21 @@ void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fe
   add_couples(particles);
   fem.add_window_forces(node_force);
   work.end(node_force, velocity);
+}
+
+void MultiplierConstraint::hold_light_particles(dem::Particles &particles, fem::FemSide &fem)
+{
+  stored = 0.;
+  node_force.setZero(3, links.n_window());
+  for (std::size_t k = 0; k < links.links().size(); ++k)
+  {
+    const OverlapLink &link = links.links()[k];
+    const Vector3d chi = links.displacement_gap(link, particles, displacement);
+    particles.force.col(link.particle) -= spring[k] * chi; // along chi: no couple
+    OverlapLinks::spread(link, spring[k] * chi, node_force);
+    stored += 0.5 * spring[k] * chi.squaredNorm();
+  }
+  fem.add_window_forces(node_force);
 }
 
 /// f_i = -rho m_i/dt (v_i - sum_a N_a v_a), with its reaction on the nodes.
@@ -159,14 +197,12 @@ void MultiplierConstraint::impose(double tau, dem::Particles &particles)
     const MultiplierEquations &system = *equations[equations_of_axis[axis]];
     gap.row(axis) = sums.row(3 + axis) - (system.B() * displacement.row(axis).transpose()).transpose();
   }
-  if (new_particles)
-    first_gap = gap; // what the projection and the relaxation of new particles left is no drift
   new_particles = false;
   for (int axis = 0; axis < packing.dim; ++axis)
   {
     const MultiplierEquations &system = *equations[equations_of_axis[axis]];
     const Eigen::VectorXd rate = sums.row(axis).transpose() - system.B() * ahead.row(axis).transpose() +
-                                 drift_share / settings.time_step * (gap.row(axis) - first_gap.row(axis)).transpose();
+                                 drift_share / settings.time_step * gap.row(axis).transpose();
     const Eigen::VectorXd solution = system.solve(rate / tau);
     lambda.row(axis) = solution;
     if (rank == 0)

@@ -11,7 +11,8 @@ namespace kerf
 /// Weak multipliers on the finite-element nodes: the mean velocity of the particles around every node of the overlap equals
 /// that of the finite elements, exactly, at every half step (see MultiplierEquations). Particles keep their fluctuations about
 /// that mean, which a random packing needs; a viscous tie relaxes them by a fraction rho a step, so that what the finite
-/// elements cannot carry fades in the overlap.
+/// elements cannot carry fades in the overlap. Towards the outer end of the overlap, where particles weigh less and less
+/// against the loads that the multipliers pass on, weak springs hold each of them near its point.
 class MultiplierConstraint : public Constraint
 {
 public:
@@ -20,6 +21,7 @@ public:
     MPI_Comm comm = MPI_COMM_WORLD;
     double time_step = 0.;  ///< [s]
     double relaxation = 0.; ///< rho, share of a fluctuation taken out in a step [-]
+    double holding = 0.;    ///< stiffness of the springs on particles that weigh next to nothing, see holding_spring() [N/m]
   };
 
   /// @param packing kept by reference
@@ -28,11 +30,12 @@ public:
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
   Tie tie() const override { return Tie::mean; }
-  ConstraintEnergy energy() const override { return {0., -work.local()}; }
+  ConstraintEnergy energy() const override { return {stored, -work.local()}; }
   int n_particles() const override { return links.n_particles(); }
 
 private:
   void build_equations(const dem::Particles &particles, const fem::FemSide &fem);
+  void hold_light_particles(dem::Particles &particles, fem::FemSide &fem);
   void relax_fluctuations(dem::Particles &particles);
   void impose(double tau, dem::Particles &particles);
   void add_couples(dem::Particles &particles);
@@ -48,8 +51,15 @@ private:
   std::array<int, 3> equations_of_axis{};
   Eigen::Matrix3Xd inverse_node_mass, inverse_mass;           // of the window's nodes, of the links
   Eigen::Matrix3Xd displacement, velocity, force, node_force; // of the window's nodes
-  Eigen::Matrix3Xd reaction, gap, first_gap;                  // at the nodes
+  Eigen::Matrix3Xd reaction, gap;                             // at the nodes
   std::vector<Eigen::Vector3d> link_force;                    // on the particles
-  InterfaceWork work;
+  std::vector<double> spring;                                 // of each link [N/m]
+  double stored = 0.;                                         // in the springs [J]
+  InterfaceWork work;                                         // of all forces but the springs'
 };
+
+MultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt);
+/// holding (1 - w)^2 share, less where the particle's mass would make it govern the stable step [N/m]. @param mass weighted
+/// [kg]
+double holding_spring(const MultiplierConstraint::Settings &settings, double weight, double share, double mass);
 } // namespace kerf

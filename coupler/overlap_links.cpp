@@ -106,16 +106,33 @@ bool OverlapLinks::update(const dem::Particles &particles, fem::FemSide &fem)
   return true;
 }
 
-double reduced_mass(double particle_mass, const OverlapLink &link, const Eigen::Matrix3Xd &node_mass)
+std::vector<double> OverlapLinks::tied_masses(const dem::Particles &particles, fem::FemSide &fem) const
 {
-  double inverse = 1. / particle_mass;
-  for (int a = 0; a < link.n; ++a)
+  Eigen::Matrix3Xd node_mass;
+  fem.read_window(fem::NodalField::mass, node_mass);
+  // The sum over j needs the particles of all ranks: pushed to the nodes as if it were a force, and read back.
+  Eigen::Matrix3Xd before, shares = Eigen::Matrix3Xd::Zero(3, n_window()), total;
+  fem.read_window(fem::NodalField::force, before);
+  for (const OverlapLink &link : list)
+    spread(link, Eigen::Vector3d::Constant(link.share), shares);
+  fem.add_window_forces(shares);
+  fem.read_window(fem::NodalField::force, total);
+  fem.add_window_forces(-shares);
+  total -= before;
+
+  std::vector<double> masses;
+  for (const OverlapLink &link : list)
   {
-    const double mass = node_mass(0, link.node[a]);
-    if (mass <= 0.)
-      return 0.;
-    inverse += link.N[a] * link.N[a] / mass;
+    double inverse = 1. / particles.mass[link.particle];
+    bool massless_node = false;
+    for (int a = 0; a < link.n; ++a)
+    {
+      const double m = node_mass(0, link.node[a]);
+      massless_node = massless_node || m <= 0.;
+      inverse += m > 0. ? link.N[a] * total(0, link.node[a]) / m : 0.;
+    }
+    masses.push_back(massless_node ? 0. : 1. / inverse);
   }
-  return 1. / inverse;
+  return masses;
 }
 } // namespace kerf

@@ -43,6 +43,12 @@ public:
   /// of the finite elements. Collective.
   bool update(const dem::Particles &particles, fem::FemSide &fem);
 
+  /// The mass that a spring between a particle and its point moves when its neighbours' springs pull alike,
+  ///   1/mu_i = 1/m_i + sum_a N_ia/M_a sum_j share_j N_ja   [kg],
+  /// for the links as they are; 0 when a node without mass is involved, which can carry no reaction. No motion makes
+  /// sum_i share_i mu_i |chi_i|^2 larger than the sum of the masses times its square. Collective.
+  std::vector<double> tied_masses(const dem::Particles &particles, fem::FemSide &fem) const;
+
   const std::vector<OverlapLink> &links() const { return list; }
   int n_window() const { return static_cast<int>(window.size()); }
 
@@ -96,7 +102,4 @@ private:
   std::uint64_t order = 0;
 };
 
-/// 1/mu = 1/m + sum_a N_a^2/M_a: the mass that a spring between a particle and its interpolated point moves [kg]; 0 when a node
-/// without mass is involved, which can carry no reaction.
-double reduced_mass(double particle_mass, const OverlapLink &link, const Eigen::Matrix3Xd &node_mass);
 } // namespace kerf

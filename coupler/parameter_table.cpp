@@ -171,7 +171,8 @@ const std::vector<Parameter> &parameter_table()
     entry("Calibration", "Transits", "40", positive(), "-",
           "duration of the loading up to the targets, in times a P wave takes through the specimen: slower is more static", ""),
 
-    entry("Coupling", "Method", "penalty_mass_scaled", one_of("penalty|penalty_mass_scaled|multipliers|multipliers_diagonal"), "-",
+    entry("Coupling", "Method", "penalty_mass_scaled", one_of("penalty|penalty_mass_scaled|multipliers|multipliers_diagonal"),
+          "-",
           "how overlap particles are tied to the finite-element field: the seed's constant k_DF; k_i = beta mu_i/dt^2; weak "
           "multipliers on the nodes, which leave particles their fluctuations; or lumped multipliers on the particles",
           "penalty: Labra, Rojek & Onate, eq. (4); lumped: Xiao & Belytschko 2004"),
@@ -186,6 +187,9 @@ const std::vector<Parameter> &parameter_table()
       "lumped multipliers take back in a step (below 2)",
       ""),
     entry("Coupling", "Interface damping", "0", between(0., 1.), "-", "damping of the penalty's springs, fraction of critical",
+          ""),
+    entry("Coupling", "Breaking weight", "0.5", between(0., 1.), "-",
+          "bonds of less weight do not break: the finite elements carry most of what they stand for, and those are elastic",
           ""),
     entry("Coupling", "Fluctuation relaxation", "0.05", between(0., 0.5), "-",
           "method multipliers: share of the particles' motion about the finite-element field that is taken out in a step", ""),

@@ -13,9 +13,9 @@ double penalty_stiffness(const PenaltyConstraint::Settings &settings, double sha
   return share * (settings.mass_scaled ? settings.beta * mu / (settings.time_step * settings.time_step) : settings.stiffness);
 }
 
-double penalty_viscosity(const PenaltyConstraint::Settings &settings, double stiffness, double mu)
+double penalty_viscosity(const PenaltyConstraint::Settings &settings, double share, double mu)
 {
-  return 2. * settings.damping * std::sqrt(stiffness * mu);
+  return 2. * settings.damping * std::sqrt(penalty_stiffness(settings, share, mu) * share * mu);
 }
 
 PenaltyConstraint::PenaltyConstraint(const Settings &settings, const dem::Packing &packing)
@@ -28,18 +28,26 @@ void PenaltyConstraint::set_particles(const std::vector<TiedParticle> &particles
   links.set_particles(particles);
 }
 
-void PenaltyConstraint::choose_springs(const dem::Particles &particles, const fem::FemSide &fem)
+void PenaltyConstraint::choose_springs(const dem::Particles &particles, fem::FemSide &fem)
 {
-  Eigen::Matrix3Xd node_mass;
-  fem.read_window(fem::NodalField::mass, node_mass);
+  const std::vector<double> masses = links.tied_masses(particles, fem);
+  n_local = particles.n;
   stiffness.clear();
   viscosity.clear();
-  for (const OverlapLink &link : links.links())
+  for (std::size_t k = 0; k < masses.size(); ++k)
   {
-    const double mu = reduced_mass(particles.mass[link.particle], link, node_mass);
-    stiffness.push_back(penalty_stiffness(settings, link.share, mu));
-    viscosity.push_back(penalty_viscosity(settings, stiffness.back(), mu));
+    const double share = links.links()[k].share;
+    stiffness.push_back(penalty_stiffness(settings, share, masses[k]));
+    viscosity.push_back(penalty_viscosity(settings, share, masses[k]));
   }
+}
+
+Eigen::VectorXd PenaltyConstraint::springs() const
+{
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(n_local);
+  for (std::size_t k = 0; k < links.links().size(); ++k)
+    result[links.links()[k].particle] = stiffness[k];
+  return result;
 }
 
 void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)

@@ -9,8 +9,9 @@ namespace kerf
 {
 /// Penalty forces f_i = -k_i chi_i on the particle and N_a k_i chi_i on the nodes (seed, eq. 4).
 ///  - constant: k_i = k_DF for all (the seed);
-///  - mass scaled: k_i = beta mu_i/dt^2, 1/mu_i = 1/m_i + sum_a N_a^2/M_a with the weighted masses, so that the stiffness
-///    falls with the masses towards the ends of the overlap and never governs the stable step.
+///  - mass scaled: k_i = beta mu_i/dt^2 with the weighted masses of OverlapLinks::tied_masses(), so that the stiffness falls
+///  with
+///    the masses towards both ends of the overlap and adds at most beta to dt^2 omega^2, whatever the cells and weights.
 /// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical.
 class PenaltyConstraint : public Constraint
 {
@@ -31,17 +32,19 @@ public:
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
   Tie tie() const override { return Tie::spring; }
+  Eigen::VectorXd springs() const override;
   ConstraintEnergy energy() const override { return {stored, -damping_work.local()}; }
   int n_particles() const override { return links.n_particles(); }
 
 private:
-  void choose_springs(const dem::Particles &particles, const fem::FemSide &fem);
+  void choose_springs(const dem::Particles &particles, fem::FemSide &fem);
   void add_damping(dem::Particles &particles, fem::FemSide &fem);
 
   Settings settings;
   OverlapLinks links;
   std::vector<double> stiffness, viscosity; // of each link
   Eigen::Matrix3Xd node_displacement, node_velocity, node_force;
+  int n_local = 0; // particles of this rank
   double stored = 0.;
   InterfaceWork damping_work;
 };
@@ -50,6 +53,6 @@ private:
 PenaltyConstraint::Settings penalty_settings(const Case &settings, double dt);
 /// k_i of both kinds [N/m]; @p mu reduced mass [kg].
 double penalty_stiffness(const PenaltyConstraint::Settings &settings, double share, double mu);
-/// 2 xi sqrt(k mu) [N s/m]
-double penalty_viscosity(const PenaltyConstraint::Settings &settings, double stiffness, double mu);
+/// 2 xi sqrt(k share mu) [N s/m]
+double penalty_viscosity(const PenaltyConstraint::Settings &settings, double share, double mu);
 } // namespace kerf

@@ -9,7 +9,7 @@
 namespace kerf
 {
 void relax(const Case &settings, const dem::Packing &packing, const std::vector<int> &moving, dem::DemSide &dem_side,
-           const std::function<void()> &compute_forces)
+           const std::function<void()> &compute_forces, const std::function<Eigen::VectorXd()> &springs)
 {
   constexpr double step = 0.9, memory = 0.55;
   using Move = Eigen::Matrix<double, 6, 1>; // displacement, rotation
@@ -22,6 +22,7 @@ void relax(const Case &settings, const dem::Packing &packing, const std::vector<
   for (int iteration = 0; iteration < settings.relaxation_steps; ++iteration)
   {
     dem::Particles particles = dem_side.particles();
+    const Eigen::VectorXd spring = springs();
     for (int i = 0; i < particles.n; ++i)
     {
       const auto found = moves.find(particles.index[i]);
@@ -32,7 +33,8 @@ void relax(const Case &settings, const dem::Packing &packing, const std::vector<
       const double radius = particles.radius[i];
       Move &move = found->second;
       move *= memory;
-      move.head<3>() += step / (0.5 * contacts * (k_n + k_t)) * particles.force.col(i);
+      const double stiffness = 0.5 * contacts * (k_n + k_t) + (i < spring.size() ? spring[i] : 0.);
+      move.head<3>() += step / stiffness * particles.force.col(i);
       move.tail<3>() += step / (contacts * k_t * radius * radius) * particles.torque.col(i);
       particles.position.col(i) += move.head<3>();
       Eigen::Map<Eigen::Vector4d> stored(particles.rotation + 4 * i); // (w, x, y, z), turned by a small angle

@@ -28,7 +28,7 @@ void prepare_results_directory(const std::string &directory, bool overwrite, MPI
     check_results_directory(directory, overwrite);
     if (fs::exists(directory))
       for (const char *name : {"fields", "figures", "fem.pvd", "particles.pvd", "bonds.pvd", "tool.pvd", "history.csv",
-                               "history.h5", "log.txt", "case.prm"})
+                               "history.h5", "activations.csv", "log.txt", "case.prm", "stability.csv"})
         fs::remove_all(directory + "/" + name);
     std::error_code error;
     fs::create_directories(directory, error);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/activation_log.h"
 #include "coupler/commands.h"
 #include "coupler/field_output.h"
 #include "coupler/history.h"
@@ -51,6 +52,9 @@ public:
 
     model = std::make_unique<CoupledModel>(scene.settings, mode, *scene.fem, scene.packing, scene.dt, comm);
     model->start();
+    if (rank == 0)
+      for (const ActivationEvent &event : model->events())
+        activations->add(event);
     if (scene.settings.tool.kind == Case::ToolKind::platens)
       gauge = std::make_unique<SpecimenGauge>(scene.settings, scene.fem->mesh(), scene.packing, comm);
     fields = std::make_unique<FieldOutput>(directory, *model, comm);
@@ -95,6 +99,7 @@ private:
     if (rank == 0)
     {
       history = std::make_unique<History>(directory);
+      activations = std::make_unique<ActivationLog>(directory, scene.settings.dim() == 2);
       std::ofstream echo(directory + "/case.prm");
       write_used_parameters(options.case_directory, options.overrides, echo);
     }
@@ -151,6 +156,7 @@ private:
     if (!changed || rank != 0)
       return;
     const ActivationEvent &event = model->events().back();
+    activations->add(event);
     std::ostringstream text;
     text << std::setprecision(4) << "t = " << 1e3 * event.time << " ms: " << event.cells << " cells converted, "
          << event.particles << " particles activated; mass " << event.before.mass << " -> " << event.after.mass
@@ -253,6 +259,7 @@ private:
   Scene scene;
   std::unique_ptr<CoupledModel> model;
   std::unique_ptr<History> history;
+  std::unique_ptr<ActivationLog> activations;
   std::unique_ptr<FieldOutput> fields;
   std::unique_ptr<SpecimenGauge> gauge; // of a specimen between platens
   SpecimenRecord record;

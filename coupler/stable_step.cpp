@@ -81,8 +81,6 @@ double limit_of_fixed_overlap(const Case &settings, fem::FemSide &fem, const dem
 {
   Overlap overlap(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width);
   const std::vector<int> cells = cells_inside(fem.mesh(), settings.fixed_region);
-  if (cells.empty())
-    return 0.;
   overlap.convert(cells);
   fem.set_weights(overlap.fe_weights());
   const ParticleBoundary boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing);
@@ -97,16 +95,15 @@ double limit_of_fixed_overlap(const Case &settings, fem::FemSide &fem, const dem
 /// What ties may add to dt^2 omega^2 where the overlap is not known yet.
 double added_by_ties(const Case &settings, double dt, double lightest)
 {
-  constexpr double shared_nodes = 1.5; // ties of neighbouring particles pull at the same nodes
   const double damping = settings.interface_damping;
   switch (settings.constraint)
   {
   case ConstraintMethod::multipliers:
-    return shared_nodes * 2. * settings.fluctuation_relaxation;
+    return 2. * settings.fluctuation_relaxation; // of fluctuations, which move no node
   case ConstraintMethod::multipliers_diagonal:
     return 0.;
   case ConstraintMethod::penalty_mass_scaled:
-    return shared_nodes * (settings.penalty_ratio + 4. * damping * std::sqrt(settings.penalty_ratio));
+    return settings.penalty_ratio + 4. * damping * std::sqrt(settings.penalty_ratio);
   default:
     const double k = settings.penalty_ratio * settings.bond.k_n;
     return dt * dt * k / lightest + 4. * damping * dt * std::sqrt(k / lightest);
@@ -167,10 +164,12 @@ StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, con
     throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
                      " is unstable at any time step with Coupling/Method = multipliers_diagonal, give less than 2");
   const double sides = std::min(steps.fem, steps.dem);
-  if (mode == Mode::fixed)
-    steps.overlap = undamped_share * limit_of_fixed_overlap(settings, fem, packing, sides, comm);
-  if (steps.overlap > 0.)
+  if (mode == Mode::fixed && !cells_inside(fem.mesh(), settings.fixed_region).empty())
   {
+    steps.overlap = undamped_share * limit_of_fixed_overlap(settings, fem, packing, sides, comm);
+    if (!(steps.overlap > 0.))
+      throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
+                       " is unstable at any time step in this overlap, give less");
     steps.coupled = std::min(sides, steps.overlap);
     return steps;
   }

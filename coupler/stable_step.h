@@ -18,7 +18,7 @@ struct StableSteps
 
 /// Limits for a mode: the smallest of the sides that take part and of the overlap. Mode fixed has its overlap from the start:
 /// its operator is solved. The overlap of mode adaptive is not known beforehand; there a penalty or relaxation lowers the
-/// sides' limit by a bound, omega^2 dt^2 + 1.5 beta <= 4, and the operator of the real overlap is watched after each activation
+/// sides' limit by a bound, omega^2 dt^2 + beta <= 4, and the operator of the real overlap is watched after each activation
 /// (see StabilityWatch). Leaves the weights of @p fem at one. Collective.
 StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, MPI_Comm comm);
 

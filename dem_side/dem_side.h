@@ -26,6 +26,8 @@ struct BondParameters
   double damping = 0.;  ///< fraction of critical damping of the contact, normal and tangential [-]
   /// mu_b, what compression F_c of the intact bond adds to its shear strength: R_t + mu_b F_c [-]; 0: Onate & Rojek 2004
   double shear_friction = 0.;
+  /// Bonds of less weight do not break: most of what they stand for is an elastic continuum [-]
+  double breaking_weight = 0.;
 };
 
 struct Settings

@@ -120,7 +120,10 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
     auto strain = law::bond_strain<dim, Lanes>(pair, batch.rest_length, normal_first, normal_second);
     if (step)
     {
-      const Lanes::Mask tension = law::fails_in_tension(strain, bond), failing = tension | law::fails_in_shear(strain, bond);
+      const Lanes::Mask tension = law::fails_in_tension(strain, bond);
+      Lanes::Mask failing = tension | law::fails_in_shear(strain, bond);
+      if (__builtin_expect(any(failing), false))
+        failing &= batch.weight >= bond.breaking_weight;
       if (__builtin_expect(any(failing), false))
       {
         for (int lane = 0; lane < Lanes::size; ++lane)

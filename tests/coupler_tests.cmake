@@ -6,6 +6,9 @@ kerf_test(coupler_packing_space LABEL coupling SOURCES unit/coupler_packing_spac
 kerf_test(coupler_loads LABEL coupling RANKS 2 SOURCES verification/coupler_loads.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_body LABEL coupling RANKS 2 SOURCES verification/coupler_body.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_periodic LABEL coupling RANKS 2 SOURCES verification/coupler_periodic.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_patch LABEL coupling RANKS 2 SOURCES verification/coupler_patch.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_limit LABEL coupling SOURCES verification/coupler_limit.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_waves LABEL coupling SOURCES verification/coupler_waves.cpp LIBRARIES kerf_coupling)
 
 add_test(NAME bad_inputs COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/bad_inputs.py $<TARGET_FILE:kerf>
          ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)

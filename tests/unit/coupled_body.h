@@ -37,18 +37,22 @@ inline Case lattice_rock(double d)
 /// Both sides of a case, not started.
 struct Body
 {
-  explicit Body(const Case &the_case, Mode mode = Mode::fixed)
-    : Body(the_case, dem::generate_packing(the_case.packing), mode)
+  explicit Body(const Case &the_case, Mode mode = Mode::fixed) : Body(the_case, dem::generate_packing(the_case.packing), mode)
   {
   }
-  /// @param step of the run as a fraction of the stable step
-  Body(const Case &the_case, const dem::Packing &store, Mode mode, double step = 0.7)
-    : settings(the_case), packing(store), fem(make_fem()),
-      dt(step * stable_steps(settings, mode, *fem, packing, MPI_COMM_WORLD).coupled),
+  Body(const Case &the_case, const dem::Packing &store, Mode mode)
+    : settings(the_case), packing(store), fem(make_fem(settings)),
+      dt(0.7 * stable_steps(settings, mode, *fem, packing, MPI_COMM_WORLD).coupled),
       model(settings, mode, *fem, packing, dt, MPI_COMM_WORLD)
   {
   }
-  std::unique_ptr<fem::FemSide> make_fem() const
+  /// In mode fixed with a step of its own [s].
+  Body(const Case &the_case, const dem::Packing &store, double step)
+    : settings(the_case), packing(store), fem(make_fem(settings)), dt(step),
+      model(settings, Mode::fixed, *fem, packing, dt, MPI_COMM_WORLD)
+  {
+  }
+  static std::unique_ptr<fem::FemSide> make_fem(const Case &settings)
   {
     fem::Settings fem_settings;
     fem_settings.mesh = settings.mesh;

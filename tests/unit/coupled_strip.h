@@ -12,10 +12,11 @@ struct Strip
   bool random = false;                             ///< a random packing; else a triangular lattice with columns x = const
   int seed = 1;                                    ///< of the random packing
   int region = 10, overlap = 4, fem = 6, high = 2; ///< cells
+  int cell = 0;                                    ///< length of cells in columns of the lattice or in diameters; 0: five, four
 
   static constexpr double d = 1e-3; ///< mean diameter or spacing [m]
-  /// Four diameters, or five columns of the lattice: overlap and particle region end at columns.
-  double cell_length() const { return (random ? 4. : 2.5 * std::sqrt(3.)) * d; }
+  /// Overlap and particle region of a lattice end at columns.
+  double cell_length() const { return random ? (cell > 0 ? cell : 4) * d : (cell > 0 ? cell : 5) * 0.5 * std::sqrt(3.) * d; }
   double region_end() const { return region * cell_length(); }
   double overlap_width() const { return overlap * cell_length(); }
   double length() const { return (region + overlap + fem) * cell_length(); }

@@ -57,7 +57,8 @@ struct Body
   Body(const Case &the_case, Mode mode)
     : settings(the_case), packing(dem::generate_packing(settings.packing)),
       fem(fem::make_fem_side(fem_settings(settings, MPI_COMM_WORLD))),
-      dt(0.7 * stable_steps(settings, mode, *fem, packing, MPI_COMM_WORLD).coupled), model(settings, mode, *fem, packing, dt, MPI_COMM_WORLD)
+      dt(0.7 * stable_steps(settings, mode, *fem, packing, MPI_COMM_WORLD).coupled),
+      model(settings, mode, *fem, packing, dt, MPI_COMM_WORLD)
   {
     model.start();
   }

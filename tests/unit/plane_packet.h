@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "tests/unit/coupled_strip.h"
+
+#include <Eigen/Eigenvalues>
+#include <complex>
+
+/// Plane wave packets along x that run in one direction only, on either side of a strip.
+namespace kerf::test
+{
+/// A plane wave exp(i k x) of unit displacement: frequency, and rotation of the particles for that displacement.
+struct PlaneWave
+{
+  double omega = 0.;
+  std::complex<double> rotation = 0.;
+};
+
+/// Of a triangular lattice: dynamical matrix of the three bonds of a particle, for displacements and the rotation.
+/// @param direction 0: P, 1: S
+inline PlaneWave lattice_wave(const StripCase &strip, double k, int direction)
+{
+  using Complex = std::complex<double>;
+  using Matrix = Eigen::Matrix3cd;
+  const double d = Strip::d, mass = particle_density(strip.settings, strip.packing) * strip.packing.volume(0);
+  Matrix D = Matrix::Zero();
+  for (const double angle : {M_PI / 6., M_PI / 2., 5. * M_PI / 6.})
+  {
+    const Eigen::Vector2d n(std::cos(angle), std::sin(angle)), t(-n[1], n[0]);
+    const Complex phase = std::exp(Complex(0., k * d * n[0]));
+    Eigen::Matrix<Complex, 2, 3> gap; // normal, tangential
+    for (int c = 0; c < 2; ++c)
+    {
+      gap(0, c) = (phase - 1.) * n[c];
+      gap(1, c) = (phase - 1.) * t[c];
+    }
+    gap(0, 2) = 0.;
+    gap(1, 2) = -0.5 * d * (1. + phase);
+    const Eigen::DiagonalMatrix<double, 2> stiffness(strip.settings.bond.k_n, strip.settings.bond.k_t);
+    D += gap.adjoint() * stiffness * gap;
+  }
+  const Eigen::Vector3d root = Eigen::Vector3d(mass, mass, mass * d * d / 8.).cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(root.asDiagonal() * D * root.asDiagonal());
+  int mode = -1; // the lower one of those that move along the direction
+  for (int m = 0; m < 3 && mode < 0; ++m)
+    if (std::abs(solver.eigenvectors()(direction, m)) > 0.6)
+      mode = m;
+  PlaneWave wave;
+  wave.omega = std::sqrt(solver.eigenvalues()[mode]);
+  wave.rotation = root[2] * solver.eigenvectors()(2, mode) / (root[direction] * solver.eigenvectors()(direction, mode));
+  return wave;
+}
+
+/// Of the rock itself: rotation = curl/2.
+inline PlaneWave continuum_wave(const Case &settings, double k, int direction)
+{
+  PlaneWave wave;
+  wave.omega = k * (direction == 0 ? settings.rock.speed_p() : settings.rock.speed_s());
+  wave.rotation = direction == 0 ? 0. : std::complex<double>(0., 0.5 * k);
+  return wave;
+}
+
+/// Of rows of cells of length h with lumped masses: omega = 2 c/h sin(k h/2).
+inline PlaneWave cells_wave(const Case &settings, double k, int direction)
+{
+  PlaneWave wave = continuum_wave(settings, k, direction);
+  const double h = settings.mesh.cell_size;
+  wave.omega *= std::sin(0.5 * k * h) / (0.5 * k * h);
+  return wave;
+}
+
+/// A Gaussian packet of waves that all run to the same side.
+class PlanePacket
+{
+public:
+  struct State
+  {
+    double u = 0., v = 0., rotation = 0., spin = 0.;
+  };
+  /// @param length of the mean wave [m]; the envelope exp(-(x - centre)^2/(2 length^2)). @param side +1: runs to the right
+  template <typename Wave>
+  PlanePacket(double centre, double length, int side, double amplitude, const Wave &wave_at) : centre(centre)
+  {
+    constexpr int half = 60;
+    const double mean = 2. * M_PI / length, spread = 1. / length, step = 4. * spread / half;
+    double sum = 0.;
+    for (int i = -half; i <= half; ++i)
+    {
+      const double k = mean + i * step;
+      if (k <= 0.)
+        continue;
+      Component part;
+      part.k = k;
+      part.wave = wave_at(k);
+      part.amplitude = std::exp(-0.5 * std::pow((k - mean) / spread, 2));
+      part.side = side;
+      parts.push_back(part);
+      sum += part.amplitude;
+    }
+    for (Component &part : parts)
+      part.amplitude *= amplitude / sum;
+  }
+
+  State at(double x) const
+  {
+    State state;
+    for (const Component &part : parts)
+    {
+      const std::complex<double> u = part.amplitude * std::exp(std::complex<double>(0., part.k * (x - centre)));
+      const std::complex<double> rate(0., -part.side * part.wave.omega); // exp(i (k x - side omega t))
+      state.u += u.real();
+      state.v += (rate * u).real();
+      state.rotation += (part.wave.rotation * u).real();
+      state.spin += (rate * part.wave.rotation * u).real();
+    }
+    return state;
+  }
+
+private:
+  struct Component
+  {
+    double k = 0., amplitude = 0.;
+    PlaneWave wave;
+    int side = 1;
+  };
+  double centre;
+  std::vector<Component> parts;
+};
+
+/// Puts a packet on the particles of a started body that is at rest.
+inline void put_on_particles(Body &body, const PlanePacket &packet, int direction)
+{
+  dem::Particles particles = body.model.dem().particles();
+  for (int i = 0; i < particles.n; ++i)
+  {
+    const PlanePacket::State state = packet.at(body.packing.positions(0, particles.index[i]));
+    particles.position(direction, i) += state.u;
+    particles.velocity(direction, i) = state.v;
+    particles.angular_velocity(2, i) = state.spin;
+    const Eigen::Vector4d turned(std::cos(0.5 * state.rotation), 0., 0., std::sin(0.5 * state.rotation));
+    Eigen::Map<Eigen::Vector4d>(particles.rotation + 4 * i) = turned;
+  }
+  body.model.dem().setup([](dem::Phase, dem::Particles &) {}); // the finite elements and the overlap are at rest
+}
+
+/// Gives a body that is not started a packet on its nodes.
+inline void put_on_nodes(Body &body, const PlanePacket &packet, int direction)
+{
+  body.set_state(
+    [&](const Eigen::Vector3d &x) { return Eigen::Vector3d(packet.at(x[0]).u * Eigen::Vector3d::Unit(direction)); },
+    [&](const Eigen::Vector3d &x) { return Eigen::Vector3d(packet.at(x[0]).v * Eigen::Vector3d::Unit(direction)); });
+}
+} // namespace kerf::test
