@@ -51,6 +51,12 @@ public:
   /// Mode adaptive: converts cells whose stress passed sigma*. Returns whether anything changed. Collective.
   bool adapt();
 
+  /// Converts @p cells whatever their stress (studies). Collective.
+  void activate(const std::vector<int> &cells) { convert(cells); }
+
+  /// Computes the forces anew after positions were changed from outside. Collective.
+  void set_up_forces();
+
   std::int64_t step() const { return n_steps; }
   double time() const { return now; }
   double time_step() const { return dt; }
@@ -74,7 +80,6 @@ private:
   std::vector<TiedParticle> active_ties() const;
   void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted);
   std::vector<char> damaged_particles() const;
-  void set_up_forces();
 
   const Case &settings;
   Mode mode;

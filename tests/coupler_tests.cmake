@@ -7,8 +7,14 @@ kerf_test(coupler_loads LABEL coupling RANKS 2 SOURCES verification/coupler_load
 kerf_test(coupler_body LABEL coupling RANKS 2 SOURCES verification/coupler_body.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_periodic LABEL coupling RANKS 2 SOURCES verification/coupler_periodic.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_patch LABEL coupling RANKS 2 SOURCES verification/coupler_patch.cpp LIBRARIES kerf_coupling)
+kerf_test(adaptivity_front LABEL adaptivity SOURCES verification/adaptivity_front.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_limit LABEL coupling SOURCES verification/coupler_limit.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_waves LABEL coupling SOURCES verification/coupler_waves.cpp LIBRARIES kerf_coupling)
+
+# Tables of docs/coupling.md, see tests/tools/coupling_results.py.
+add_executable(coupling_study EXCLUDE_FROM_ALL verification/coupling_study.cpp)
+target_link_libraries(coupling_study PRIVATE kerf_coupling GTest::gtest)
+set_target_properties(coupling_study PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
 
 add_test(NAME bad_inputs COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/bad_inputs.py $<TARGET_FILE:kerf>
          ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)

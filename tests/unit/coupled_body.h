@@ -23,6 +23,7 @@ inline Case lattice_rock(double d)
   settings.bond.k_n = settings.rock.young / (std::sqrt(3.) * 1.2 * 0.6);
   settings.bond.k_t = 0.2 * settings.bond.k_n;
   settings.bond.R_n = settings.bond.R_t = 1e12;
+  settings.bond.breaking_weight = 0.5;
   settings.constraint = ConstraintMethod::penalty_mass_scaled;
   settings.penalty_ratio = 0.25;
   settings.weight_function = WeightFunction::linear;
@@ -46,10 +47,10 @@ struct Body
       model(settings, mode, *fem, packing, dt, MPI_COMM_WORLD)
   {
   }
-  /// In mode fixed with a step of its own [s].
-  Body(const Case &the_case, const dem::Packing &store, double step)
+  /// With a step of its own [s].
+  Body(const Case &the_case, const dem::Packing &store, double step, Mode mode = Mode::fixed)
     : settings(the_case), packing(store), fem(make_fem(settings)), dt(step),
-      model(settings, Mode::fixed, *fem, packing, dt, MPI_COMM_WORLD)
+      model(settings, mode, *fem, packing, dt, MPI_COMM_WORLD)
   {
   }
   static std::unique_ptr<fem::FemSide> make_fem(const Case &settings)

@@ -52,7 +52,8 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
   const dem::ForceHook hook = [&](dem::Phase phase, dem::Particles &all)
   {
     n += phase == dem::Phase::step;
-    boundary.apply(all, n * dt, dt, work, absorbed);
+    boundary.damp(all, absorbed);
+    boundary.hold(all, n * dt, dt, work);
   };
   dem::DemSide side(particles);
   test::start(side, packing, test::all_particles(packing), hook);

@@ -107,7 +107,8 @@ void expect_same_motion(const dem::Packing &packing, const std::vector<fem::Boun
     n += phase == dem::Phase::step;
     driven.begin(phase, all);
     absorbed.begin(phase, all);
-    boundary.apply(all, n * particles.time_step, particles.time_step, driven, absorbed);
+    boundary.damp(all, absorbed);
+    boundary.hold(all, n * particles.time_step, particles.time_step, driven);
   };
   dem::DemSide side(particles);
   test::start(side, packing, test::all_particles(packing), hook);

@@ -1,0 +1,188 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Charts the error of the cutting force against full DEM over the cost, for many settings of the coupling.
+
+  speed_accuracy.py [CASE] [--kerf build/kerf] [--seeds 1 2 3] [--from T] [--existing]
+
+Runs the case with every setting and packing, one after the other, into results/speed_accuracy/; what has finished with the same
+options is kept. Writes docs/figures/speed_accuracy.png, docs/figures/packings_normal_force.png and the tables between the markers
+<!-- chart:begin --> and <!-- chart:end --> of docs/results.md. About half an hour.
+"""
+import argparse
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "tools"))
+import compare_modes  # noqa: E402
+import figures  # noqa: E402  (found through compare_modes)
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from results_file import History, Unreadable, time_mean  # noqa: E402
+
+BEGIN, END = "<!-- chart:begin -->", "<!-- chart:end -->"
+MASS_SCALED = {"Coupling/Method": "penalty_mass_scaled", "Coupling/Penalty ratio": "0.5"}
+MULTIPLIERS = {"Coupling/Method": "multipliers"}
+# Name, mode, what is set; the first one is what errors are measured against.
+SETTINGS = [("full DEM", "dem", {}),
+            ("fixed, large region", "fixed", {"Fixed/Region": "0.016 0.008 0.144 0.088"}),
+            ("fixed, region of the case", "fixed", {}),
+            ("fixed, small region", "fixed", {"Fixed/Region": "0.044 0.044 0.108 0.088"}),
+            ("adaptive", "adaptive", {}),
+            ("adaptive, penalty", "adaptive", MASS_SCALED),
+            ("sigma* 1.5 MPa", "adaptive", {"Adaptivity/Sigma star": "1.5e6"}),
+            ("sigma* 6 MPa", "adaptive", {"Adaptivity/Sigma star": "6e6"}),
+            ("sigma* 9 MPa", "adaptive", {"Adaptivity/Sigma star": "9e6"}),
+            ("overlap 8 d", "adaptive", {"Coupling/Overlap width": "8"}),
+            ("overlap 16 d", "adaptive", {"Coupling/Overlap width": "16"}),
+            ("overlap 8 d, penalty", "adaptive", {"Coupling/Overlap width": "8", **MASS_SCALED}),
+            ("cells of 2 d", "adaptive", {"Mesh/Cell size": "2e-3"}),
+            ("cells of 8 d", "adaptive", {"Mesh/Cell size": "8e-3"}),
+            ("sigma* 6 MPa, penalty", "adaptive", {"Adaptivity/Sigma star": "6e6", **MASS_SCALED})]
+
+
+def identifier(name):
+    return "".join(letter if letter.isalnum() else "_" for letter in name)
+
+
+def run_all(options, case, results):
+    """Exit codes by (setting, seed)."""
+    codes = {}
+    for name, mode, values in SETTINGS:
+        for seed in options.seeds:
+            directory = results / f"{identifier(name)}_{seed}"
+            command = [options.kerf, "run", str(case), "--mode", mode, "--output", str(directory), "--set", f"Packing/Seed={seed}",
+                       "--set", "Output/Snapshots=1"]
+            for key, value in values.items():
+                command += ["--set", f"{key}={value}"]
+            if options.existing:
+                codes[name, seed] = 0 if (directory / compare_modes.FINISHED).is_file() else 3
+                continue
+            # An unstable run is a result, too; its directory stays and is replaced the next time.
+            finished = (directory / compare_modes.FINISHED).is_file()
+            codes[name, seed] = compare_modes.run_mode(command, directory, directory.is_dir() and not finished)
+    return codes
+
+
+def measure(name, seeds, codes, results, start):
+    """Means of the force and costs of one setting, over the packings that ran to the end."""
+    good = [seed for seed in seeds if codes[name, seed] == 0]
+    row = {"name": name, "failed": len(seeds) - len(good), "mean": np.full(len(seeds), np.nan), "peak": np.nan, "broken": np.nan,
+           "wall": np.nan, "active": np.nan}
+    if not good:
+        return row
+    histories = {seed: History(results / f"{identifier(name)}_{seed}") for seed in good}
+    for k, seed in enumerate(seeds):
+        if seed in histories:
+            history = histories[seed]
+            row["mean"][k] = time_mean(history["time"], history["tool_force_y"], start, history["time"][-1])
+    row["peak"] = np.mean([history["tool_force_y"].max() for history in histories.values()])
+    row["broken"] = np.mean([history["broken_bonds"][-1] for history in histories.values()])
+    row["wall"] = np.mean([history["wall_time"][-1] for history in histories.values()])
+    row["active"] = np.mean([time_mean(history["time"], history["active_particles"], 0., history["time"][-1])
+                             for history in histories.values()])
+    return row
+
+
+def errors(rows):
+    """Relative errors of the mean force, and costs, of means over the packings."""
+    reference = np.mean(rows[0]["mean"])
+    for row in rows:
+        row["error"] = np.nan if row["failed"] else np.mean(row["mean"]) / reference - 1.
+        row["scatter"] = np.nan if row["failed"] else np.std(row["mean"], ddof=1) / reference
+        row["cost"] = row["wall"] / rows[0]["wall"]
+
+
+def pareto(rows):
+    """Settings that none beats in both cost and error."""
+    able = [row for row in rows[1:] if not row["failed"]]
+    return [row for row in able if not any(other["cost"] < row["cost"] and abs(other["error"]) < abs(row["error"])
+                                           for other in able)]
+
+
+def chart(rows, best, path):
+    figure, axis = plt.subplots(figsize=(10., 6.), layout="constrained")
+    scatter = 100. * rows[0]["scatter"] / np.sqrt(len(rows[0]["mean"]))
+    axis.axhspan(0., scatter, color="#e3e6ea", label="standard error of full DEM over the packings")
+    able = [row for row in rows[1:] if not row["failed"]]
+    for row in able:
+        chosen = row in best
+        axis.plot(row["cost"], 100. * abs(row["error"]), "o", markersize=8, color=figures.LINE_COLOURS[1 if chosen else 0])
+        axis.annotate(row["name"], (row["cost"], 100. * abs(row["error"])), xytext=(6, 4), textcoords="offset points", fontsize=8)
+    front = sorted(best, key=lambda row: row["cost"])
+    axis.step([row["cost"] for row in front], [100. * abs(row["error"]) for row in front], where="post", linewidth=1.,
+              color=figures.LINE_COLOURS[1], label="Pareto front")
+    failed = [row for row in rows if row["failed"]]
+    for k, row in enumerate(failed):
+        axis.text(0.98, 0.97 - 0.05 * k, f"failed: {row['name']} ({row['failed']} of {len(row['mean'])} packings)",
+                  transform=axis.transAxes, ha="right", va="top", color="#c0392b", fontsize=9)
+    axis.set_xlabel("wall time / wall time of full DEM")
+    axis.set_ylabel("|error of the mean normal force| [%]")
+    axis.set_xlim(left=0.)
+    axis.set_ylim(bottom=0.)
+    axis.grid(True, color="#e3e6ea", linewidth=0.7)
+    axis.set_axisbelow(True)
+    axis.legend(frameon=False, loc="upper left")
+    figure.savefig(path)
+    plt.close(figure)
+
+
+def table(rows, best, unit):
+    lines = [f"| setting | wall time [s] | of full DEM | mean normal force [{unit}] | to full DEM | scatter over packings | "
+             f"peak [{unit}] | active particles | broken bonds | |",
+             "|---|---:|---:|---:|---:|---:|---:|---:|---:|---|"]
+    for row in rows:
+        if row["failed"] == len(row["mean"]):
+            lines.append(f"| {row['name']} | - | - | - | - | - | - | - | - | failed |")
+            continue
+        note = f"failed on {row['failed']} packings" if row["failed"] else "Pareto" if row in best else ""
+        change = "-" if row["failed"] else f"{100. * row['error']:+.1f} %"
+        scatter = "-" if row["failed"] else f"{100. * row['scatter']:.1f} %"
+        lines.append(f"| {row['name']} | {row['wall']:.1f} | {100. * row['cost']:.0f} % | {np.nanmean(row['mean']) / 1e3:.1f} | "
+                     f"{change} | {scatter} | {row['peak'] / 1e3:.0f} | {row['active']:.0f} | {row['broken']:.0f} | {note} |")
+    return "\n".join(lines)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("case", nargs="?", default="cases/disc_cutter_2d")
+    parser.add_argument("--kerf", default=str(ROOT / "build" / "kerf"))
+    parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3])
+    parser.add_argument("--results", default="results/speed_accuracy")
+    parser.add_argument("--docs", default=str(ROOT / "docs"))
+    parser.add_argument("--from", dest="start", type=float, default=0., metavar="T", help="start of the time window of the forces [s]")
+    parser.add_argument("--existing", action="store_true", help="run nothing, read what is there")
+    options = parser.parse_args()
+    case = Path(options.case) if Path(options.case).is_dir() else ROOT / options.case
+    results, docs = Path(options.results), Path(options.docs)
+    codes = run_all(options, case, results)
+    try:
+        rows = [measure(name, options.seeds, codes, results, options.start) for name, _, _ in SETTINGS]
+        if rows[0]["failed"]:
+            raise Unreadable("full DEM did not run to the end")
+        errors(rows)
+        best = pareto(rows)
+        unit = "k" + (History(results / f"{identifier(SETTINGS[0][0])}_{options.seeds[0]}").units["tool_force_y"] or "N")
+        figures.use_style()
+        chart(rows, best, docs / "figures" / "speed_accuracy.png")
+        shown = [(name, seed) for name in ("full DEM", "adaptive") for seed in options.seeds]
+        figures.compare([results / f"{identifier(name)}_{seed}" for name, seed in shown],
+                        [f"{name}, packing {seed}" for name, seed in shown], docs / "figures" / "packings_normal_force.png")
+        seeds = ", ".join(map(str, options.seeds))
+        compare_modes.put_section(docs / "results.md", f"""Case `{options.case}`, packings {seeds}, one rank, one run after the other.
+Forces are means over the time from {options.start * 1e3:.3g} ms, costs those of the whole run. Made by `tests/tools/speed_accuracy.py`.
+
+{table(rows, best, unit)}
+
+![Error over cost](figures/speed_accuracy.png)
+
+![Normal force over packings](figures/packings_normal_force.png)
+""", BEGIN, END)
+    except (Unreadable, OSError) as error:
+        print(f"speed_accuracy: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
