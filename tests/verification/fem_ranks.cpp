@@ -41,7 +41,7 @@ public:
     dt = 0.8 * make_stable();
   }
 
-  void run(const int first, const int last)
+  void run(const int n_steps)
   {
     int rank = 0, n_ranks = 1;
     MPI_Comm_rank(comm, &rank);
@@ -55,9 +55,9 @@ public:
       if (i % n_ranks == rank && !slave[i])
         nodes.push_back(i);
     side->set_window(nodes);
-    for (int n = first; n <= last; ++n)
+    for (int n = 1; n <= n_steps; ++n)
     {
-      if (n == 150) // more cells switch off in mid-run
+      if (n == n_steps / 2) // more cells switch off in mid-run
         set_weights(5.);
       side->begin_step(dt, n * dt);
       side->compute_forces();
@@ -118,8 +118,9 @@ TEST_P(FemRanks, ManyRanksGiveTheAnswerOfOne)
   EXPECT_EQ(alone.side->mesh().cells, together.side->mesh().cells);
   EXPECT_NEAR(together.dt, alone.dt, 1e-6 * alone.dt);
   together.dt = alone.dt;
-  alone.run(1, 300);
-  together.run(1, 300);
+  const int n_steps = dim == 2 ? 300 : 100; // enough for waves to cross the borders of all ranks
+  alone.run(n_steps);
+  together.run(n_steps);
   for (const NodalField field : {NodalField::displacement, NodalField::velocity, NodalField::force, NodalField::mass})
   {
     const bool differentiated = field == NodalField::velocity || field == NodalField::force;
