@@ -10,19 +10,13 @@ kerf_test(dem_verification LABEL dem
           SOURCES verification/dem_conservation_test.cpp verification/dem_time_step_test.cpp
                   verification/dem_lattice_test.cpp
           LIBRARIES kerf_dem)
-kerf_test(dem_ranks LABEL dem RANKS 2
+# Four ranks have corners where the ghosts of two borders meet.
+kerf_test(dem_ranks LABEL dem RANKS 2 4
           SOURCES verification/dem_ranks_test.cpp
           LIBRARIES kerf_dem)
-# Four ranks have corners where the ghosts of two borders meet.
-add_test(NAME dem_ranks_4_ranks
-         COMMAND ${MPIEXEC_EXECUTABLE} ${KERF_MPI_FLAGS} ${MPIEXEC_NUMPROC_FLAG} 4 $<TARGET_FILE:dem_ranks>)
-set_tests_properties(dem_ranks_4_ranks PROPERTIES LABELS dem TIMEOUT 600 PROCESSORS 4)
-kerf_test(dem_periodic LABEL dem RANKS 2
+kerf_test(dem_periodic LABEL dem RANKS 2 4
           SOURCES verification/dem_periodic_test.cpp
           LIBRARIES kerf_dem)
-add_test(NAME dem_periodic_4_ranks
-         COMMAND ${MPIEXEC_EXECUTABLE} ${KERF_MPI_FLAGS} ${MPIEXEC_NUMPROC_FLAG} 4 $<TARGET_FILE:dem_periodic>)
-set_tests_properties(dem_periodic_4_ranks PROPERTIES LABELS dem TIMEOUT 600 PROCESSORS 4)
 kerf_test(dem_energy LABEL dem RANKS 2
           SOURCES verification/dem_energy_test.cpp
           LIBRARIES kerf_coupling)

@@ -10,6 +10,6 @@ kerf_test(fem_verification LABEL fem RANKS 2
   verification/fem_surface_waves.cpp verification/fem_cantilever.cpp
   LIBRARIES kerf_fem)
 # Against a one-rank run in the same process.
-kerf_test(fem_ranks LABEL fem RANKS 4
+kerf_test(fem_ranks LABEL fem RANKS 2 4
   SOURCES verification/fem_ranks.cpp verification/fem_periodic.cpp unit/fem_exchange.cpp
   LIBRARIES kerf_fem)

@@ -5,8 +5,8 @@
   calibration_results.py [CASE ...] [--kerf build/kerf] [--ranks N] [--existing]
 
 Writes the tables between the markers <!-- calibration:begin --> and <!-- calibration:end --> of docs/results.md. The search is
-made in copies of the cases; the cases themselves are not changed. With names of cases only those are searched, the results of others are those of the last time. Minutes in two
-dimensions, longer in three.
+made in copies of the cases; the cases themselves are not changed. With names of cases only those are searched, the results of
+others are those of the last time. Minutes in two dimensions, longer in three.
 """
 import argparse
 import shutil
@@ -24,7 +24,11 @@ import compare_modes  # noqa: E402
 import kerf_runner  # noqa: E402
 from results_file import Unreadable  # noqa: E402  (found through compare_modes)
 
-CASES = ("uniaxial_compression_2d", "uniaxial_compression_3d")
+# Name in the table: case and what is changed in it. The last one shows strengths of 10 to 1.
+CASES = {"uniaxial_compression_2d": ("uniaxial_compression_2d", []),
+         "uniaxial_compression_3d": ("uniaxial_compression_3d", []),
+         "stiff_rock_3d": ("uniaxial_compression_3d", ["Rock/Young modulus=40e9", "Rock/Tensile strength=9e6",
+                                                       "Rock/Compressive strength=90e6", "Bond/Shear strength friction=1"])}
 BEGIN, END = "<!-- calibration:begin -->", "<!-- calibration:end -->"
 # Name, attributes of target, value and scatter in the store, unit for a person and its size in SI units.
 QUANTITIES = (("E, static solve of the store", "target_young", "achieved_young", None, "GPa", 1e9),
@@ -39,9 +43,11 @@ def calibrate(kerf, case, directory, ranks):
     """Runs the search in a fresh copy of the case; keeps its output and the time it took."""
     shutil.rmtree(directory, ignore_errors=True)
     directory.parent.mkdir(parents=True, exist_ok=True)
-    kerf_runner.copy_case(str(ROOT / "cases" / case), str(directory))
+    source, changes = CASES[case]
+    kerf_runner.copy_case(str(ROOT / "cases" / source), str(directory))
+    options = [word for change in changes for word in ("--set", change)]
     start = time.monotonic()
-    result = kerf_runner.run(str(Path(kerf).resolve()), ["calibrate", str(directory)], ranks, timeout=None)
+    result = kerf_runner.run(str(Path(kerf).resolve()), ["calibrate", str(directory), *options], ranks, timeout=None)
     if result.returncode:
         raise Unreadable(f"kerf calibrate {directory}: {result.stderr.strip()}")
     seconds = time.monotonic() - start

@@ -74,10 +74,14 @@ TEST(DemTimeStep, TriangularLatticeIsBoundedBelowAndBlowsUpAboveTheLimit)
   }
 }
 
-TEST(DemTimeStep, FaceCentredCubicSpheres)
+TEST(DemTimeStep, Lattices)
 {
-  for (const double k_t : {0.1, 0.5})
-    expect_limit_of_network(fcc_lattice(3, 5e-4), k_t);
+  for (const Packing &packing : {triangular_lattice(14, 14, 5e-4), fcc_lattice(3, 5e-4)})
+    for (const double k_t : {0.1, 0.5})
+    {
+      SCOPED_TRACE(testing::Message() << packing.dim << " dimensions, k_t / k_n = " << k_t);
+      expect_limit_of_network(packing, k_t);
+    }
 }
 
 TEST(DemTimeStep, RandomPackings)

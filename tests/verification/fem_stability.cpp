@@ -162,6 +162,17 @@ TEST_P(FemStabilityOfIntegration, LimitIsSharp)
   const auto graded_solid = make_fem_side(solid);
   set_weights(*graded_solid, [](const double x, double) { return std::min(1., std::max(0., (x - 0.012) / 0.02)); });
   expect_sharp_limit(*graded_solid, "graded in space, with weights");
+
+  const MshFile solid_file("stability_solid");
+  write_distorted_hex_msh(solid_file.path, 6, 5, 4, 0.01);
+  Settings distorted_solid = box({0.06, 0.05, 0.04}, 0.01);
+  distorted_solid.integration = GetParam();
+  distorted_solid.mesh.gmsh_file = solid_file.path;
+  expect_sharp_limit(*make_fem_side(distorted_solid), "distorted in space");
+
+  settings.mesh = box({0.2, 0.15, 0.}, 0.01).mesh;
+  settings.mesh.refined = {{{0.08, 0.1, 0.}, {0.12, 0.15, 0.}, 1}};
+  expect_sharp_limit(*make_fem_side(settings), "hanging nodes");
 }
 
 // Dashpots all around do not lower the limit, because their force follows the velocity at the end of the step.
