@@ -166,19 +166,19 @@ void MultiplierConstraint::impose(double tau, dem::Particles &particles)
 {
   const int n = links.n_window();
   const std::vector<OverlapLink> &list = links.links();
-  // What this rank's particles add: momentum of the gap, drift of the gap, reaction of the relaxation.
+  // What this rank's particles add: their rate, the gap, reaction of the relaxation.
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(9, n);
   for (std::size_t k = 0; k < list.size(); ++k)
   {
     const OverlapLink &link = list[k];
     const Vector3d ahead = particles.velocity.col(link.particle) +
                            tau * inverse_mass.col(k).cwiseProduct(Vector3d(particles.force.col(link.particle)));
-    const Vector3d moved = links.displacement(link, particles);
+    const Vector3d apart = links.displacement_gap(link, particles, displacement);
     for (int a = 0; a < link.n; ++a)
     {
       auto column = sums.col(link.node[a]);
       column.head<3>() += c[k] * link.N[a] * ahead;
-      column.segment<3>(3) += c[k] * link.N[a] * moved;
+      column.segment<3>(3) += c[k] * link.N[a] * apart;
     }
   }
   sums.bottomRows<3>() = reaction;
@@ -189,14 +189,9 @@ void MultiplierConstraint::impose(double tau, dem::Particles &particles)
 
   const Eigen::Matrix3Xd total_reaction = sums.bottomRows<3>();
   const Eigen::Matrix3Xd ahead = velocity + tau * inverse_node_mass.cwiseProduct(force + total_reaction);
-  gap.resize(3, n);
+  const Eigen::Matrix3Xd gap = sums.middleRows<3>(3);
   Eigen::Matrix3Xd lambda = Eigen::Matrix3Xd::Zero(3, n);
   node_force = rank == 0 ? total_reaction : Eigen::Matrix3Xd::Zero(3, n);
-  for (int axis = 0; axis < packing.dim; ++axis)
-  {
-    const MultiplierEquations &system = *equations[equations_of_axis[axis]];
-    gap.row(axis) = sums.row(3 + axis) - (system.B() * displacement.row(axis).transpose()).transpose();
-  }
   new_particles = false;
   for (int axis = 0; axis < packing.dim; ++axis)
   {

@@ -51,7 +51,7 @@ private:
   std::array<int, 3> equations_of_axis{};
   Eigen::Matrix3Xd inverse_node_mass, inverse_mass;           // of the window's nodes, of the links
   Eigen::Matrix3Xd displacement, velocity, force, node_force; // of the window's nodes
-  Eigen::Matrix3Xd reaction, gap;                             // at the nodes
+  Eigen::Matrix3Xd reaction;                                  // at the nodes
   std::vector<Eigen::Vector3d> link_force;                    // on the particles
   std::vector<double> spring;                                 // of each link [N/m]
   double stored = 0.;                                         // in the springs [J]

@@ -61,18 +61,11 @@ public:
       result -= link.N[a] * node.col(link.node[a]);
     return result;
   }
-  /// Displacement of the particle from its stored position [m].
-  Eigen::Vector3d displacement(const OverlapLink &link, const dem::Particles &particles) const
-  {
-    return packing.shortest(particles.position.col(link.particle) - Eigen::Map<const Eigen::Vector3d>(link.origin.data()));
-  }
-  /// chi: displacement of the particle less that of the finite elements at its place [m].
+  /// chi: displacement of the particle less that of the finite elements at its place [m]. Across periodic axes particles come
+  /// back on the other side and nodes do not.
   Eigen::Vector3d displacement_gap(const OverlapLink &link, const dem::Particles &particles, const Eigen::Matrix3Xd &u) const
   {
-    Eigen::Vector3d chi = displacement(link, particles);
-    for (int a = 0; a < link.n; ++a)
-      chi -= link.N[a] * u.col(link.node[a]);
-    return chi;
+    return packing.shortest(gap(link, particles.position, u) - Eigen::Map<const Eigen::Vector3d>(link.origin.data()));
   }
   /// node a gets N_a value
   static void spread(const OverlapLink &link, const Eigen::Vector3d &value, Eigen::Matrix3Xd &node)

@@ -195,13 +195,16 @@ private:
     console.progress(static_cast<double>(row.step) / static_cast<double>(n_steps), text.str());
   }
 
-  /// Energy can only come from outside; a floor for round-off apart, a balance that does not close is a failed run.
+  /// Energy can only come from outside: a balance that does not close is a failed run. Less than a hundredth of what one
+  /// particle of the rock holds at its tensile strength is nothing to judge by, as at the first touch of the tool.
   void check_balance(const HistoryRow &row)
   {
     const EnergyLedger &energy = row.energy;
     turnover = std::max(turnover, energy.turnover());
     const double tolerance = scene.settings.energy_tolerance > 0. ? scene.settings.energy_tolerance : 1.;
-    constexpr double floor = 1e-9;
+    const Case &settings = scene.settings;
+    const double floor = 0.01 * 0.5 * std::pow(settings.tensile_strength, 2) / settings.rock.young *
+                         std::pow(settings.packing.mean_diameter, settings.dim());
     if (std::isfinite(energy.residual()) && std::abs(energy.residual()) <= tolerance * turnover + floor)
     {
       last_energy = energy;

@@ -175,7 +175,8 @@ TEST_P(CoupledMethods, LedgerCloses)
   EXPECT_GE(energy.interface, -1e-6 * before);
 }
 
-// Methods that conserve energy keep it over 100 000 steps, about 1000 passages of a wave through the block: no drift beyond 0.1 %.
+// Methods that conserve energy keep it over 100 000 steps, about 1000 passages of a wave through the block: no drift beyond 0.1
+// %.
 TEST_P(CoupledMethods, KeepEnergy)
 {
   if (GetParam().constraint == ConstraintMethod::multipliers_diagonal)

@@ -48,8 +48,8 @@ PatchErrors mean_random_errors(const Case &method, Direction direction, const st
   for (const int seed : seeds)
   {
     const PatchErrors one = test::random_errors(method, seed, direction, 4);
-    std::cout << "[ packing  ] " << seed << (direction == Direction::tension ? " tension" : " shear") << ": strain " << 100. * one.strain
-              << " %, overlap energy " << 100. * one.energy << " %" << std::endl;
+    std::cout << "[ packing  ] " << seed << (direction == Direction::tension ? " tension" : " shear") << ": strain "
+              << 100. * one.strain << " %, overlap energy " << 100. * one.energy << " %" << std::endl;
     mean.strain += std::abs(one.strain) / seeds.size();
     mean.energy += one.energy / seeds.size();
   }

@@ -89,7 +89,8 @@ void waves()
           {
             const test::Passage passage = test::pass(settings_of(method), length, direction, from_particles);
             std::cout << '"' << method.name << "\"," << length << ',' << (direction == 0 ? 'P' : 'S') << ','
-                      << (from_particles ? "particles" : "cells") << ',' << passage.returned << ',' << passage.lost << std::endl;
+                      << (from_particles ? "particles" : "cells") << ',' << passage.returned << ',' << passage.lost
+                      << std::endl;
           }
 }
 } // namespace
