@@ -17,7 +17,7 @@ sys.path.insert(0, str(SCRIPT.parent))
 from matplotlib.image import imread  # noqa: E402
 from results_file import History, first_contact, running_mean, steady_window, time_mean  # noqa: E402
 
-CURVES = {"normal_force.png": (1500, 1020), "cost.png": (1500, 1200), "energy.png": (1500, 750)}
+CURVES = {"normal_force.png": (1500, 1020), "cost.png": (1500, 1200), "energy.png": (1500, 990)}
 PICTURES = ("interface.png", "final.png")
 
 
