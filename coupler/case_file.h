@@ -85,7 +85,7 @@ struct Case
     double transits = 0.;       ///< of a P wave through the specimen during the loading
   } calibration;
 
-  ConstraintMethod constraint = ConstraintMethod::penalty_mass_scaled;
+  ConstraintMethod constraint = ConstraintMethod::multipliers;
   WeightFunction weight_function = WeightFunction::linear;
   double overlap_width = 0.;          ///< [m]
   double penalty_ratio = 0.;          ///< beta (mass scaled), k_DF/k_n (constant) or kappa (diagonal multipliers)

@@ -208,7 +208,7 @@ double CoupledOperator::tie_coefficient(const Tie &tie, double dt) const
   switch (settings.constraint)
   {
   case ConstraintMethod::multipliers:
-    return 2. * settings.fluctuation_relaxation * tie.share * tie.mass +
+    return 2. * settings.fluctuation_relaxation * fluctuation_share(tie.weight, tie.share) * tie.mass +
            dt * dt * holding_spring(multiplier_settings(settings, dt), tie.weight, tie.share, tie.mass);
   case ConstraintMethod::multipliers_diagonal:
     return 0.; // never lowers the limit

@@ -28,11 +28,17 @@ MultiplierConstraint::Settings multiplier_settings(const Case &settings, double 
   return result;
 }
 
+double fluctuation_share(double weight, double share)
+{
+  return std::max(share, 1. - weight);
+}
+
 double holding_spring(const MultiplierConstraint::Settings &settings, double weight, double share, double mass)
 {
   constexpr double share_of_step = 0.5; // of omega^2 dt^2, at most
   const double dt = settings.time_step;
-  return share * std::min(settings.holding * (1. - weight) * (1. - weight), share_of_step * mass / (dt * dt));
+  return fluctuation_share(weight, share) *
+         std::min(settings.holding * (1. - weight) * (1. - weight), share_of_step * mass / (dt * dt));
 }
 
 MultiplierConstraint::MultiplierConstraint(const Settings &settings, const dem::Packing &packing)
@@ -155,7 +161,9 @@ void MultiplierConstraint::relax_fluctuations(dem::Particles &particles)
   for (std::size_t k = 0; k < links.links().size(); ++k)
   {
     const OverlapLink &link = links.links()[k];
-    link_force[k] = -rate * link.share * particles.mass[link.particle] * OverlapLinks::gap(link, particles.velocity, velocity);
+    const int i = link.particle;
+    link_force[k] = -rate * fluctuation_share(particles.weight[i], link.share) * particles.mass[i] *
+                    OverlapLinks::gap(link, particles.velocity, velocity);
     particles.force.col(link.particle) += link_force[k];
     OverlapLinks::spread(link, -link_force[k], reaction);
   }

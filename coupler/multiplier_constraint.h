@@ -59,7 +59,9 @@ private:
 };
 
 MultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt);
-/// holding (1 - w)^2 share, less where the particle's mass would make it govern the stable step [N/m]. @param mass weighted
-/// [kg]
+/// What of a particle's fluctuation is relaxed and held: its share, but all of it where it weighs next to nothing. [-]
+double fluctuation_share(double weight, double share);
+/// holding (1 - w)^2 for that share, less where the particle's mass would make it govern the stable step [N/m]. @param mass
+/// weighted [kg]
 double holding_spring(const MultiplierConstraint::Settings &settings, double weight, double share, double mass);
 } // namespace kerf

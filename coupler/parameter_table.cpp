@@ -171,8 +171,7 @@ const std::vector<Parameter> &parameter_table()
     entry("Calibration", "Transits", "40", positive(), "-",
           "duration of the loading up to the targets, in times a P wave takes through the specimen: slower is more static", ""),
 
-    entry("Coupling", "Method", "penalty_mass_scaled", one_of("penalty|penalty_mass_scaled|multipliers|multipliers_diagonal"),
-          "-",
+    entry("Coupling", "Method", "multipliers", one_of("penalty|penalty_mass_scaled|multipliers|multipliers_diagonal"), "-",
           "how overlap particles are tied to the finite-element field: the seed's constant k_DF; k_i = beta mu_i/dt^2; weak "
           "multipliers on the nodes, which leave particles their fluctuations; or lumped multipliers on the particles",
           "penalty: Labra, Rojek & Onate, eq. (4); lumped: Xiao & Belytschko 2004"),
@@ -181,14 +180,14 @@ const std::vector<Parameter> &parameter_table()
           "width L_o in units of Mesh/Cell size instead of diameters; 0: Overlap width", ""),
     entry("Coupling", "Weight function", "linear", one_of("linear|cubic|constant"), "-",
           "alpha over the overlap: s, 3 s^2 - 2 s^3, or 1/2", "Xiao & Belytschko 2004; Bauman et al. 2008"),
-    entry(
-      "Coupling", "Penalty ratio", "0.25", positive(), "-",
-      "beta of the mass-scaled penalty (stable below about 0.5), k_DF/k_n of the constant one, or the share of the gap that "
-      "lumped multipliers take back in a step (below 2)",
-      ""),
+    entry("Coupling", "Penalty ratio", "0.5", positive(), "-",
+          "beta of the mass-scaled penalty (adds at most this to omega^2 dt^2, whose limit is 4; below 2), k_DF/k_n of the "
+          "constant one, or the share of the gap that "
+          "lumped multipliers take back in a step (below 2)",
+          ""),
     entry("Coupling", "Interface damping", "0", between(0., 1.), "-", "damping of the penalty's springs, fraction of critical",
           ""),
-    entry("Coupling", "Breaking weight", "0.5", between(0., 1.), "-",
+    entry("Coupling", "Breaking weight", "0", between(0., 1.), "-",
           "bonds of less weight do not break: the finite elements carry most of what they stand for, and those are elastic",
           ""),
     entry("Coupling", "Fluctuation relaxation", "0.05", between(0., 0.5), "-",

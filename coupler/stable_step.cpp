@@ -163,6 +163,12 @@ StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, con
   if (settings.constraint == ConstraintMethod::multipliers_diagonal && settings.penalty_ratio >= 2.)
     throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
                      " is unstable at any time step with Coupling/Method = multipliers_diagonal, give less than 2");
+  constexpr double finest = 1.5; // diameters
+  if (settings.constraint == ConstraintMethod::multipliers && smallest_edge(fem.mesh()) < finest * packing.mean_diameter)
+    throw InputError(settings.directory + "/case.prm: Mesh/Cell size: the smallest cells have edges of " +
+                     std::to_string(smallest_edge(fem.mesh()) / packing.mean_diameter) +
+                     " particle diameters, too few particles for means around nodes; give at least 1.5, or another "
+                     "Coupling/Method than multipliers");
   const double sides = std::min(steps.fem, steps.dem);
   if (mode == Mode::fixed && !cells_inside(fem.mesh(), settings.fixed_region).empty())
   {

@@ -23,7 +23,6 @@ inline Case lattice_rock(double d)
   settings.bond.k_n = settings.rock.young / (std::sqrt(3.) * 1.2 * 0.6);
   settings.bond.k_t = 0.2 * settings.bond.k_n;
   settings.bond.R_n = settings.bond.R_t = 1e12;
-  settings.bond.breaking_weight = 0.5;
   settings.constraint = ConstraintMethod::penalty_mass_scaled;
   settings.penalty_ratio = 0.25;
   settings.weight_function = WeightFunction::linear;

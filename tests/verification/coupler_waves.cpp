@@ -49,5 +49,5 @@ TEST(WavePackets, PassTheOverlap)
 TEST(WavePackets, ShortWavesAreAbsorbed)
 {
   for (const int direction : {0, 1})
-    EXPECT_LT(pass(multipliers(0.05), 6., direction, true).returned, 0.1);
+    EXPECT_LT(pass(multipliers(0.1), 6., direction, true).returned, 0.1);
 }
