@@ -11,7 +11,7 @@ namespace kerf
 /// Mean of the corners of a cell [m].
 Eigen::Vector3d cell_centre(const fem::Mesh &mesh, int cell);
 
-/// Distance [m] of @p point from a mesh cell, zero inside (2D: convex quadrilateral).
+/// Distance [m] of @p point from a mesh cell, zero inside (convex quadrilateral or hexahedron).
 double distance_to_cell(const fem::Mesh &mesh, int cell, const Eigen::Vector3d &point);
 
 /// Distance [m] of @p point from a face of the boundary (2D: segment).

@@ -11,6 +11,10 @@ kerf_test(adaptivity_front LABEL adaptivity SOURCES verification/adaptivity_fron
 kerf_test(coupler_limit LABEL coupling SOURCES verification/coupler_limit.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_waves LABEL coupling SOURCES verification/coupler_waves.cpp LIBRARIES kerf_coupling)
 
+add_test(NAME stability_maps COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/stability/maps.py $<TARGET_FILE:kerf>
+         ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
+set_tests_properties(stability_maps PROPERTIES LABELS coupling TIMEOUT 900)
+
 # Tables of docs/coupling.md, see tests/tools/coupling_results.py.
 add_executable(coupling_study EXCLUDE_FROM_ALL verification/coupling_study.cpp)
 target_link_libraries(coupling_study PRIVATE kerf_coupling GTest::gtest)

@@ -111,6 +111,17 @@ def waves_table(rows):
     return table(header, lines)
 
 
+def random_waves_table(rows):
+    groups = grouped(rows, ("method", "wave", "length"))
+    kinds = list(dict.fromkeys((row["wave"], row["length"]) for row in rows))
+    lines = []
+    for method in dict.fromkeys(row["method"] for row in rows):
+        lines.append([f"`{method}`"] + [percent(column(groups[(method, *kind)], "returned")) for kind in kinds])
+    first = rows[0]["method"]
+    lines.append(["*the packing itself*"] + [percent(column(groups[(first, *kind)], "scattered"), 0) for kind in kinds])
+    return table(["sent back %"] + [f"{wave} {length} d" for wave, length in kinds], lines)
+
+
 def stability_text(directory):
     """Pictures of the maps, copied into docs/figures, and their CSV."""
     figures = sorted((Path(directory) / "figures").glob("stability_*.png"))
@@ -136,7 +147,8 @@ def main():
     parser.add_argument("--stability", metavar="DIR")
     options = parser.parse_args()
     try:
-        for name, make in (("patch", patch_table), ("front", front_table), ("waves", waves_table)):
+        for name, make in (("patch", patch_table), ("front", front_table), ("waves", waves_table),
+                           ("random_waves", random_waves_table)):
             put(name, make(measure(options.study, name, options.existing)))
         if options.stability:
             put("stability", stability_text(options.stability))

@@ -118,11 +118,11 @@ def chart(rows, best, path):
                   transform=axis.transAxes, ha="right", va="top", color="#c0392b", fontsize=9)
     axis.set_xlabel("wall time / wall time of full DEM")
     axis.set_ylabel("|error of the mean normal force| [%]")
-    axis.set_xlim(left=0.)
+    axis.set_xlim(0., 1.15 * max(row["cost"] for row in able))
     axis.set_ylim(bottom=0.)
     axis.grid(True, color="#e3e6ea", linewidth=0.7)
     axis.set_axisbelow(True)
-    axis.legend(frameon=False, loc="upper left")
+    axis.legend(frameon=False, loc="lower left", bbox_to_anchor=(0., 1.), ncol=2, borderaxespad=0.2)
     figure.savefig(path)
     plt.close(figure)
 

@@ -55,6 +55,7 @@ struct Body
   static std::unique_ptr<fem::FemSide> make_fem(const Case &settings)
   {
     fem::Settings fem_settings;
+    fem_settings.dim = settings.dim();
     fem_settings.mesh = settings.mesh;
     fem_settings.material = settings.rock;
     fem_settings.boundary_conditions = settings.boundary_conditions;

@@ -198,4 +198,59 @@ inline Passage pass(const Case &method, double length, int direction, bool from_
   result.lost = 1. - energy.held() / before;
   return result;
 }
+
+/// What an overlap sends back in a random packing, relative to the packet: energy of the difference between the coupled strip
+/// and particles alone in what both model by particles, after the packet has passed. A packing scatters waves itself; @p
+/// scattered is what is left behind of the packet in the run of particles alone. One rank.
+inline double sent_back(const Case &method, int seed, double length, int direction, double &scattered)
+{
+  Strip shape;
+  const double wave = length * Strip::d;
+  shape.random = true;
+  shape.seed = seed;
+  shape.region = shape.fem = static_cast<int>(std::ceil(8.5 * wave / shape.cell_length()));
+  shape.high = 5;
+  StripCase strip(shape);
+  strip.settings.constraint = method.constraint;
+  strip.settings.penalty_ratio = method.penalty_ratio;
+  strip.settings.fluctuation_relaxation = method.fluctuation_relaxation;
+  strip.settings.relaxation_steps = 0; // at rest as stored
+  const auto at = [&](double k) { return continuum_wave(strip.settings, k, direction); };
+  const PlanePacket packet(shape.region_end() - 4. * wave, wave, 1, 1e-6 * Strip::d, at);
+
+  Body coupled(strip.settings, strip.packing, Mode::fixed);
+  Body particles(strip.settings, strip.packing, coupled.dt, Mode::dem);
+  for (Body *body : {&coupled, &particles})
+  {
+    body->model.start();
+    put_on_particles(*body, packet, direction);
+  }
+  const double before = particles.model.energies().held();
+  const double speed = direction == 0 ? strip.settings.rock.speed_p() : strip.settings.rock.speed_s();
+  const int steps = static_cast<int>((6. * wave + shape.overlap_width()) / (speed * coupled.dt));
+  constexpr int samples = 10, apart = 5;
+  coupled.model.advance(steps - samples * apart);
+  particles.model.advance(steps - samples * apart);
+  double difference = 0.;
+  scattered = 0.;
+  for (int k = 0; k < samples; ++k)
+  {
+    coupled.model.advance(apart);
+    particles.model.advance(apart);
+    const dem::Particles one = coupled.model.dem().particles(), all = particles.model.dem().particles();
+    std::vector<int> place(strip.packing.size());
+    for (int i = 0; i < all.n; ++i)
+      place[all.index[i]] = i;
+    for (int i = 0; i < one.n; ++i)
+      if (strip.packing.positions(0, one.index[i]) < shape.region_end())
+      {
+        // Twice the kinetic energy is the energy, on an average.
+        const int j = place[one.index[i]];
+        difference += all.mass[j] * (one.velocity.col(i) - all.velocity.col(j)).squaredNorm() / samples;
+        scattered += all.mass[j] * all.velocity.col(j).squaredNorm() / samples;
+      }
+  }
+  scattered /= before;
+  return difference / before;
+}
 } // namespace kerf::test

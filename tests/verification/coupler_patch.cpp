@@ -75,6 +75,40 @@ TEST(LatticePatch, MultipliersAreExact)
   EXPECT_LT(lattice_error(ConstraintMethod::multipliers, 0., Direction::shear), 1e-4);
 }
 
+// The same in space: face-centred cubic, columns of cube faces along x, isotropic for k_t = k_n, which means nu = 0 and
+// E = 2 sqrt(2) k_n/d.
+TEST(LatticePatch, MultipliersAreExactInSpace)
+{
+  const double d = Strip::d, edge = 3. * std::sqrt(2.) * d; // of a cell: three cubes, six planes
+  Case settings = test::lattice_rock(d);
+  settings.rock.poisson = 0.;
+  settings.bond.k_n = settings.bond.k_t = settings.rock.young * d / (2. * std::sqrt(2.));
+  settings.mesh.upper = Vector3d(9. * edge, 2. * edge, 2. * edge);
+  settings.mesh.cell_size = edge;
+  settings.mesh.periodic = {{false, true, true}};
+  settings.packing.dim = 3;
+  settings.packing.kind = "fcc";
+  settings.packing.upper = settings.mesh.upper;
+  settings.packing.periodic = settings.mesh.periodic;
+  settings.packing.lattice = {0, 0.};
+  settings.overlap_width = 3. * edge;
+  settings.constraint = ConstraintMethod::multipliers;
+  settings.fluctuation_relaxation = 0.05;
+  settings.fixed_region.push_back({Vector3d(0., -1., -1.), Vector3d(3. * edge, 1., 1.)});
+  test::hold_ends(settings);
+  constexpr double eps = 1e-5;
+  double sum = 0.;
+  for (const double sign : {-1., 1.})
+  {
+    Body body(settings);
+    strain(body, Direction::tension, sign * eps);
+    EXPECT_GT(body.model.n_overlap_particles(), 500);
+    body.model.advance(200);
+    sum += sign * test::slope(body, 0, 2. * d, 3. * edge - d);
+  }
+  EXPECT_LT(std::abs(0.5 * sum / eps - 1.), 1e-8);
+}
+
 // A penalty k_p gives way to the same load by eps d (d/L_o)(k_n/k_p) at both ends of nothing but one overlap; over the core of
 // 43 d that is 0.13 % for k_p = k_n, and vibrates to twice as much.
 TEST(LatticePatch, PenaltyIsClose)

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Numbers of docs/coupling.md, as CSV on the standard output: coupling_study patch|front|waves. Minutes.
+// Numbers of docs/coupling.md, as CSV on the standard output: coupling_study patch|front|waves|random_waves. Minutes each.
 #include "tests/unit/plane_packet.h"
 #include "tests/unit/strip_front.h"
 
 #include <iostream>
+#include <map>
 #include <string>
 
 using namespace kerf;
@@ -93,20 +94,34 @@ void waves()
                       << std::endl;
           }
 }
+
+void random_waves()
+{
+  std::cout << "method,length,wave,seed,returned,scattered\n";
+  for (const int m : {1, 4, 7, 8}) // one of each kind
+    for (const double length : {20.})
+      for (const int direction : {0, 1})
+        for (const int seed : seeds)
+        {
+          const Method &method = methods[m];
+          double scattered = 0.;
+          const double returned = test::sent_back(settings_of(method), seed, length, direction, scattered);
+          std::cout << '"' << method.name << "\"," << length << ',' << (direction == 0 ? 'P' : 'S') << ',' << seed << ','
+                    << returned << ',' << scattered << std::endl;
+        }
+}
 } // namespace
 
 int main(int argc, char **argv)
 {
   MPI_Init(&argc, &argv);
-  const std::string what = argc > 1 ? argv[1] : "";
-  if (what == "patch")
-    patch();
-  else if (what == "front")
-    front();
-  else if (what == "waves")
-    waves();
+  const std::map<std::string, void (*)()> studies = {
+    {"patch", patch}, {"front", front}, {"waves", waves}, {"random_waves", random_waves}};
+  const auto study = studies.find(argc > 1 ? argv[1] : "");
+  if (study != studies.end())
+    study->second();
   else
-    std::cerr << "usage: coupling_study patch|front|waves" << std::endl;
+    std::cerr << "usage: coupling_study patch|front|waves|random_waves" << std::endl;
   MPI_Finalize();
-  return what == "patch" || what == "front" || what == "waves" ? 0 : 2;
+  return study != studies.end() ? 0 : 2;
 }
