@@ -3,6 +3,7 @@
 
 #include "coupler/gather.h"
 #include "coupler/multiplier_constraint.h"
+#include "coupler/noise.h"
 #include "coupler/penalty_constraint.h"
 #include "coupler/stable_step.h"
 
@@ -16,16 +17,6 @@ namespace
 bool contains(const Box &box, const Eigen::Vector3d &point)
 {
   return (point.array() >= box.lower.array()).all() && (point.array() <= box.upper.array()).all();
-}
-
-/// A fixed number in (-1, 1) (splitmix64).
-double scattered(std::uint64_t index)
-{
-  std::uint64_t z = (index + 1) * 0x9e3779b97f4a7c15ull;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-  z ^= z >> 31;
-  return static_cast<double>(z >> 11) * 0x1p-52 - 1.;
 }
 } // namespace
 

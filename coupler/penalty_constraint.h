@@ -5,6 +5,8 @@
 #include "coupler/interface_work.h"
 #include "coupler/overlap_links.h"
 
+#include <array>
+
 namespace kerf
 {
 /// Penalty forces f_i = -k_i chi_i on the particle and N_a k_i chi_i on the nodes (seed, eq. 4).
@@ -37,11 +39,29 @@ public:
   int n_particles() const override { return links.n_particles(); }
 
 private:
+  /// What a step needs of a spring, together: in two dimensions not much more than a line of the cache.
+  template <int dim>
+  struct Spring
+  {
+    std::array<double, dim> origin; ///< stored position of the particle [m]
+    std::array<double, 1 << dim> N; ///< 0 for corners that the point does not need
+    double stiffness;               ///< [N/m]
+    std::array<int, 1 << dim> node; ///< columns of the window
+    int particle;
+  };
+  template <int dim>
+  void pack(std::vector<Spring<dim>> &springs) const;
+  template <int dim>
+  void pull(const std::vector<Spring<dim>> &springs, dem::Particles &particles);
+
   void choose_springs(const dem::Particles &particles, fem::FemSide &fem);
   void add_damping(dem::Particles &particles, fem::FemSide &fem);
 
   Settings settings;
+  const dem::Packing &packing;
   OverlapLinks links;
+  std::vector<Spring<2>> springs_2d; // of the links, one of the two
+  std::vector<Spring<3>> springs_3d;
   std::vector<double> stiffness, viscosity; // of each link
   Eigen::Matrix3Xd node_displacement, node_velocity, node_force;
   int n_local = 0; // particles of this rank

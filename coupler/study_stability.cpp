@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/commands.h"
 #include "coupler/input_error.h"
+#include "coupler/noise.h"
 #include "coupler/results_directory.h"
 #include "coupler/scene.h"
 
@@ -130,15 +131,6 @@ std::vector<Map> make_maps(double diameter)
                                   "Finite elements/Strain=" + y.substr(gap + 1)}};
                   }});
   return maps;
-}
-
-/// A fixed number in (-1, 1) for every argument.
-double scattered(std::uint64_t index)
-{
-  std::uint64_t z = (index + 1) * 0x9e3779b97f4a7c15ull;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-52 - 1.;
 }
 
 struct Outcome

@@ -45,7 +45,8 @@ with tempfile.TemporaryDirectory() as work:
     slow = [row for row in rows if row["map"] == "impact_speed" and float(row["x"]) <= 0.01]
     check("impacts of a hundredth of the speed of sound are stable", all(row["verdict"] != "unstable" for row in slow))
     kept = [row for row in linear if row["verdict"] == "stable"]
-    check("the balance of stable runs closes to 0.1 %", all(abs(float(row["residual"])) < 1e-3 for row in kept),
+    # Rollers stop the noise of their particles at the first step and do no work: some tenths of a per cent of the noise.
+    check("the balance of stable runs closes to 0.5 %", all(abs(float(row["residual"])) < 5e-3 for row in kept),
           max(abs(float(row["residual"])) for row in kept))
     again = kerf_runner.run(KERF, ["study", "stability", case, "--output", output])
     check("a study is not overwritten", again.returncode == 2 and "--overwrite" in again.stderr, again.stderr.strip())

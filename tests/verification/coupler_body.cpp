@@ -41,23 +41,8 @@ Case make_case(fem::BoundaryKind boundary)
 /// Linear momentum (x, y) and angular momentum of both sides.
 Vector3d momenta(Body &body)
 {
-  Vector3d result = Vector3d::Zero();
-  const dem::Particles particles = body.model.dem().particles();
-  for (int i = 0; i < particles.n; ++i)
-  {
-    const Vector3d p = particles.mass[i] * Vector3d(particles.velocity.col(i));
-    const double spin = 0.5 * particles.mass[i] * particles.radius[i] * particles.radius[i] * particles.angular_velocity(2, i);
-    result += Vector3d(p[0], p[1], Vector3d(particles.position.col(i)).cross(p)[2] + spin);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, result.data(), 3, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
-  const Eigen::Matrix3Xd mass = body.fem->gather(fem::NodalField::mass), u = body.fem->gather(fem::NodalField::displacement),
-                         v = body.fem->gather(fem::NodalField::velocity);
-  for (int a = 0; a < mass.cols(); ++a)
-  {
-    const Vector3d p = mass(0, a) * Vector3d(v.col(a)), x = body.fem->mesh().nodes.col(a) + u.col(a);
-    result += Vector3d(p[0], p[1], x.cross(p)[2]);
-  }
-  return result;
+  const Inventory inventory = take_inventory(*body.fem, body.model.dem(), MPI_COMM_WORLD);
+  return {inventory.momentum[0], inventory.momentum[1], inventory.angular_momentum[2]};
 }
 
 const auto zero = [](const Vector3d &) { return Vector3d(Vector3d::Zero()); };
