@@ -150,7 +150,8 @@ def energy_figure(history, output):
     if "energy_residual" in history:
         share = 100. / np.nanmax(np.abs(history[largest]), initial=np.finfo(float).tiny)
         missing.plot(history["time"] * MILLI, share * history["energy_residual"], linewidth=1.4)
-        missing.set_ylabel(f"residual [% of {largest.split('_', 1)[1].replace('_', ' ')}]")
+        kind, what = largest.split("_", 1)
+        missing.set_ylabel(f"residual [% of {kind if kind == 'work' else what.replace('_', ' ')}]")
     finish(figure, [axis, missing], output / "energy.png")
 
 
