@@ -119,6 +119,15 @@ EngineBox engine_box(const Settings &settings)
   return box;
 }
 
+/// Bins of half the reach of the lists, as the engine would choose, but no more than can be visited often: the domain of a
+/// large store is mostly empty. [m]
+double bin_size(const EngineBox &box, int dim, double half_reach)
+{
+  constexpr double most = 5e5;
+  const double volume = (box.upper - box.lower).head(dim).prod();
+  return std::max(half_reach, std::pow(volume / most, 1. / dim));
+}
+
 DemSide::Engine::Engine(const Settings &s)
   : settings(s), packing(*s.packing), box(engine_box(s)), stored_bonds(packing), lmp(make_liggghts(s.comm)),
     weights(Eigen::VectorXd::Ones(packing.size())), active(packing.size(), 0), was_active(packing.size(), 0)
@@ -129,7 +138,8 @@ DemSide::Engine::Engine(const Settings &s)
   command(*lmp, "units si");
   command(*lmp, "dimension ", packing.dim);
   command(*lmp, "atom_style granular");
-  command(*lmp, "atom_modify map array");
+  const double bin = bin_size(box, packing.dim, 0.5 * (reach * 2. * packing.radii.maxCoeff() + list_skin(packing)));
+  command(*lmp, "atom_modify map array sort 1000 ", bin);
   command(*lmp, "boundary ", box.boundary[0], ' ', box.boundary[1], ' ', box.boundary[2]);
   command(*lmp, "newton off");
   command(*lmp, "communicate single vel yes");
@@ -137,7 +147,7 @@ DemSide::Engine::Engine(const Settings &s)
           box.lower.z(), ' ', box.upper.z(), " units box");
   command(*lmp, "create_box 1 domain");
   command(*lmp, "neighbor ", list_skin(packing), " bin");
-  command(*lmp, "neigh_modify delay 0 every 1 check yes contact_distance_factor ", reach);
+  command(*lmp, "neigh_modify delay 0 every 1 check yes binsize ", bin, " contact_distance_factor ", reach);
   style = RockBondStyle::install(*lmp, {&packing, &stored_bonds, s.bond, s.time_step, s.local_damping});
   command(*lmp, "timestep ", s.time_step);
   command(*lmp, "fix motion all nve/sphere");
