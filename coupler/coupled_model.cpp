@@ -140,7 +140,7 @@ void CoupledModel::convert(const std::vector<int> &cells)
   event.step = n_steps;
   event.time = now;
   event.before = take_inventory(fem_side, *dem_side, comm);
-  event.energy_before = energies().held();
+  const double held_before = energies().held();
   event.cells = static_cast<int>(cells.size());
 
   std::vector<int> reweighted;
@@ -153,18 +153,18 @@ void CoupledModel::convert(const std::vector<int> &cells)
 
   fem_side.set_weights(regions.fe_weights());
   dem_side->insert(particles);
-  constraint->set_particles(active_ties());
+  const std::vector<TiedParticle> ties = active_ties();
+  constraint->set_particles(ties);
   std::vector<int> fresh;
   for (const dem::NewParticle &particle : particles)
     fresh.push_back(particle.index);
-  settle(fresh, reweighted);
+  settle(fresh, reweighted, ties);
   if (mode == Mode::adaptive)
-    watch.check(fem_side, regions, active_ties(), dem_side->is_active(), cells, dt);
+    watch.check(fem_side, regions, ties, dem_side->is_active(), cells, dt);
 
   event.bonds_stored = bonds_between(fresh);
   event.after = take_inventory(fem_side, *dem_side, comm);
-  event.energy_after = energies().held();
-  conversion_energy += event.energy_after - event.energy_before;
+  conversion_energy += energies().held() - held_before;
   activation_events.push_back(event);
 }
 
@@ -193,15 +193,20 @@ std::vector<TiedParticle> CoupledModel::active_ties() const
 
 /// Gives the particles their weights and moves those of a random packing to places where they rest: the projected field is
 /// smooth, they fluctuate about it, and let go they would ring and overload bonds. Velocities stay as projected.
-void CoupledModel::settle(const std::vector<int> &fresh, const std::vector<int> &reweighted)
+void CoupledModel::settle(const std::vector<int> &fresh, const std::vector<int> &reweighted,
+                          const std::vector<TiedParticle> &ties)
 {
   const Tie tie = constraint->tie();
   // In mode dem particles start where bonds are at rest.
   const bool at_rest = settings.relaxation_steps == 0 || (mode == Mode::dem && settings.initial_stress.norm() == 0.);
   std::vector<int> moving = fresh;
   if (tie == Tie::rigid)
-    for (const TiedParticle &particle : active_ties())
-      moving.erase(std::remove(moving.begin(), moving.end(), particle.index), moving.end());
+  {
+    std::vector<char> tied(packing.size(), 0);
+    for (const TiedParticle &particle : ties)
+      tied[particle.index] = 1;
+    moving.erase(std::remove_if(moving.begin(), moving.end(), [&](int i) { return tied[i]; }), moving.end());
+  }
   if (tie == Tie::mean)
   {
     // With full weights: the places of rest do not depend on how stiffness is shared, and weights would load particles with

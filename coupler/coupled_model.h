@@ -26,7 +26,6 @@ struct ActivationEvent
   int particles = 0;             ///< taken from the store in this event
   std::int64_t bonds_stored = 0; ///< between a new particle and any active one; before and after must differ by them
   Inventory before, after;
-  double energy_before = 0., energy_after = 0.; ///< held by the body, see EnergyLedger::held() [J]
 };
 
 /// Mean force of the rock on the tool since the last call [N].
@@ -78,7 +77,7 @@ private:
   void convert(const std::vector<int> &cells);
   std::int64_t bonds_between(const std::vector<int> &fresh) const;
   std::vector<TiedParticle> active_ties() const;
-  void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted);
+  void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties);
   std::vector<char> damaged_particles() const;
 
   const Case &settings;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "coupler/coupled_model.h"
+#include "coupler/fem_settings.h"
 
 #include <cmath>
 #include <functional>
@@ -54,12 +55,7 @@ struct Body
   }
   static std::unique_ptr<fem::FemSide> make_fem(const Case &settings)
   {
-    fem::Settings fem_settings;
-    fem_settings.dim = settings.dim();
-    fem_settings.mesh = settings.mesh;
-    fem_settings.material = settings.rock;
-    fem_settings.boundary_conditions = settings.boundary_conditions;
-    return fem::make_fem_side(fem_settings);
+    return fem::make_fem_side(fem_settings(settings, MPI_COMM_WORLD));
   }
   void set_state(const std::function<Eigen::Vector3d(const Eigen::Vector3d &)> &u,
                  const std::function<Eigen::Vector3d(const Eigen::Vector3d &)> &v)

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Initial stress, tractions and weight act on both models alike.
-#include "coupler/coupled_model.h"
 #include "coupler/face_shares.h"
-#include "coupler/fem_settings.h"
+#include "tests/unit/coupled_body.h"
 
 #include <gtest/gtest.h>
 
@@ -23,51 +22,22 @@ fem::BoundaryCondition condition(int id, fem::BoundaryKind kind)
   return result;
 }
 
-/// A triangular lattice with the moduli of the rock (see facts of the lattice: k_n = E/(sqrt(3)(1+nu)(1-2nu)), k_t/k_n =
-/// 1 - 4 nu) in the middle of a block of finite elements.
+/// The lattice in the middle of a block of finite elements.
 Case lattice_case()
 {
-  Case settings;
-  settings.directory = "test";
-  settings.rock.density = 2650.;
-  settings.rock.young = 40e9;
-  settings.rock.poisson = 0.2;
+  Case settings = test::lattice_rock(d);
   settings.mesh.upper = Vector3d(64. * d, 32. * d, 0.);
   settings.mesh.cell_size = 4. * d;
-  settings.packing.kind = "triangular";
   settings.packing.upper = settings.mesh.upper;
-  settings.packing.mean_diameter = d;
-  settings.bond.k_n = settings.rock.young / (std::sqrt(3.) * 1.2 * 0.6);
-  settings.bond.k_t = 0.2 * settings.bond.k_n;
-  settings.bond.R_n = settings.bond.R_t = 1e12;
-  settings.constraint = ConstraintMethod::penalty_mass_scaled;
-  settings.penalty_ratio = 0.25;
   settings.overlap_width = 12. * d;
-  settings.criterion = Criterion::von_mises;
-  settings.sigma_star = 1e12;
-  settings.tensile_strength = settings.compressive_strength = 1.;
-  settings.tool.kind = Case::ToolKind::none;
   settings.relaxation_steps = 30;
   settings.fixed_region.push_back({Vector3d(24. * d, -d, -1.), Vector3d(40. * d, 33. * d, 1.)});
   return settings;
 }
 
-struct Body
+struct Body : test::Body
 {
-  Body(const Case &the_case, Mode mode)
-    : settings(the_case), packing(dem::generate_packing(settings.packing)),
-      fem(fem::make_fem_side(fem_settings(settings, MPI_COMM_WORLD))),
-      dt(0.7 * stable_steps(settings, mode, *fem, packing, MPI_COMM_WORLD).coupled),
-      model(settings, mode, *fem, packing, dt, MPI_COMM_WORLD)
-  {
-    model.start();
-  }
-
-  Case settings;
-  dem::Packing packing;
-  std::unique_ptr<fem::FemSide> fem;
-  double dt;
-  CoupledModel model;
+  Body(const Case &the_case, Mode mode) : test::Body(the_case, mode) { model.start(); }
 };
 
 double sum_over_ranks(double value)
