@@ -171,7 +171,7 @@ def compare(directories, labels, output, column="tool_force_y"):
             label += " (running mean)"
         axis.plot(time, values, color=colour, linewidth=2., label=label)
     axis.set_ylabel(names.get(column, column.replace("_", " ")) + (f" [{unit}]" if unit.strip("-1 ") else ""))
-    axis.legend(loc="lower right", bbox_to_anchor=(1., 1.), ncol=4, frameon=False, borderaxespad=0.2)
+    axis.legend(loc="lower right", bbox_to_anchor=(1., 1.), ncol=3 if len(labels) > 4 else 4, frameon=False, borderaxespad=0.2)
     finish(figure, [axis], output)
 
 

@@ -167,7 +167,7 @@ def main():
         chart(rows, best, docs / "figures" / "speed_accuracy.png")
         shown = [(name, seed) for name in ("full DEM", "adaptive") for seed in options.seeds]
         figures.compare([results / f"{identifier(name)}_{seed}" for name, seed in shown],
-                        [f"{name}, packing {seed}" for name, seed in shown], docs / "figures" / "packings_normal_force.png")
+                        [f"{'dem' if name == 'full DEM' else name} {seed}" for name, seed in shown], docs / "figures" / "packings_normal_force.png")
         seeds = ", ".join(map(str, options.seeds))
         compare_modes.put_section(docs / "results.md", f"""Case `{options.case}`, packings {seeds}, one rank, one run after the other.
 Forces are means over the time from {options.start * 1e3:.3g} ms, costs those of the whole run. Made by `tests/tools/speed_accuracy.py`.
