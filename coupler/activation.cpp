@@ -47,12 +47,20 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
   if (cells.empty())
     return cells;
 
-  // Enclosed cells: all neighbours but one are particle region. Repeated, because each may enclose the next.
   std::vector<char> region(mesh.n_cells(), 0);
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
     region[cell] = overlap.is_converted(cell);
   for (const int cell : cells)
     region[cell] = 1;
+  const std::vector<int> enclosed = enclose(mesh, region);
+  cells.insert(cells.end(), enclosed.begin(), enclosed.end());
+  std::sort(cells.begin(), cells.end());
+  return cells;
+}
+
+std::vector<int> enclose(const fem::Mesh &mesh, std::vector<char> &region)
+{
+  std::vector<int> cells;
   for (bool changed = true; changed;)
   {
     changed = false;
@@ -71,7 +79,6 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
       }
     }
   }
-  std::sort(cells.begin(), cells.end());
   return cells;
 }
 
@@ -91,34 +98,65 @@ std::vector<int> cells_inside(const fem::Mesh &mesh, const std::vector<Box> &box
   return cells;
 }
 
+namespace
+{
+/// Stored particles seen by the finite elements: those that lie in cells of this rank, and the window of the nodes that carry
+/// them.
+class Probe
+{
+public:
+  Probe(fem::FemSide &fem, const dem::Packing &packing, const std::vector<int> &indices, MPI_Comm comm)
+  {
+    Eigen::Matrix3Xd points(3, indices.size());
+    for (std::size_t k = 0; k < indices.size(); ++k)
+      points.col(k) = packing.positions.col(indices[k]);
+    found = fem.locate(points);
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    for (std::size_t k = 0; k < indices.size(); ++k)
+    {
+      if (found[k].cell < 0)
+        throw InputError("stored particle " + std::to_string(indices[k]) + " lies outside the mesh");
+      if (fem.mesh().owner[found[k].cell] != rank)
+        continue;
+      mine.push_back(k);
+      nodes.insert(nodes.end(), found[k].nodes.begin(), found[k].nodes.begin() + found[k].n);
+    }
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    fem.set_window(nodes);
+  }
+
+  /// Value and curl of a field of the window at one of the indices.
+  std::array<Eigen::Vector3d, 2> at(std::size_t k, const Eigen::Matrix3Xd &field) const
+  {
+    std::array<Eigen::Vector3d, 2> result{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    for (int a = 0; a < found[k].n; ++a)
+    {
+      const auto column = std::lower_bound(nodes.begin(), nodes.end(), found[k].nodes[a]) - nodes.begin();
+      const Eigen::Vector3d value = field.col(column), gradient = found[k].dN.col(a);
+      result[0] += found[k].N[a] * value;
+      result[1] += gradient.cross(value);
+    }
+    return result;
+  }
+
+  std::vector<std::size_t> mine; ///< places among the indices
+
+private:
+  std::vector<fem::Interpolation> found;
+  std::vector<int> nodes;
+};
+} // namespace
+
 std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap, const dem::Packing &packing,
-                                      const std::vector<char> &active, MPI_Comm comm)
+                                      const std::vector<char> &taken, MPI_Comm comm)
 {
   std::vector<int> indices;
   for (int i = 0; i < packing.size(); ++i)
-    if (!active[i] && overlap.needs_particle(i))
+    if (!taken[i] && overlap.needs_particle(i))
       indices.push_back(i);
-  Eigen::Matrix3Xd points(3, indices.size());
-  for (std::size_t k = 0; k < indices.size(); ++k)
-    points.col(k) = packing.positions.col(indices[k]);
-  const std::vector<fem::Interpolation> found = fem.locate(points);
-
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  std::vector<std::size_t> mine;
-  std::vector<int> nodes;
-  for (std::size_t k = 0; k < indices.size(); ++k)
-  {
-    if (found[k].cell < 0)
-      throw InputError("stored particle " + std::to_string(indices[k]) + " lies outside the mesh");
-    if (fem.mesh().owner[found[k].cell] != rank)
-      continue;
-    mine.push_back(k);
-    nodes.insert(nodes.end(), found[k].nodes.begin(), found[k].nodes.begin() + found[k].n);
-  }
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  fem.set_window(nodes);
+  const Probe probe(fem, packing, indices, comm);
   Eigen::Matrix3Xd u, v;
   fem.read_window(fem::NodalField::displacement, u);
   fem.read_window(fem::NodalField::velocity, v);
@@ -126,19 +164,10 @@ std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap,
   // Twelve numbers a particle travel between ranks; a list of doubles keeps this one plain gather.
   constexpr int record = 13;
   std::vector<double> values;
-  for (const std::size_t k : mine)
+  for (const std::size_t k : probe.mine)
   {
-    Eigen::Vector3d displacement = Eigen::Vector3d::Zero(), velocity = displacement, curl_u = displacement,
-                    curl_v = displacement;
-    for (int a = 0; a < found[k].n; ++a)
-    {
-      const auto column = std::lower_bound(nodes.begin(), nodes.end(), found[k].nodes[a]) - nodes.begin();
-      const Eigen::Vector3d gradient = found[k].dN.col(a), u_a = u.col(column), v_a = v.col(column);
-      displacement += found[k].N[a] * u_a;
-      velocity += found[k].N[a] * v_a;
-      curl_u += gradient.cross(u_a);
-      curl_v += gradient.cross(v_a);
-    }
+    const auto [displacement, curl_u] = probe.at(k, u);
+    const auto [velocity, curl_v] = probe.at(k, v);
     values.push_back(indices[k]);
     for (const Eigen::Vector3d &part : {displacement, velocity, Eigen::Vector3d(0.5 * curl_u), Eigen::Vector3d(0.5 * curl_v)})
       values.insert(values.end(), part.data(), part.data() + 3);
@@ -160,7 +189,30 @@ std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap,
   return particles;
 }
 
-Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, MPI_Comm comm)
+std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem, const dem::Packing &packing,
+                                                               const std::vector<int> &indices, MPI_Comm comm)
+{
+  const Probe probe(fem, packing, indices, comm);
+  Eigen::Matrix3Xd force, mobility;
+  fem.read_window(fem::NodalField::force, force);
+  fem.read_window(fem::NodalField::inverse_mass, mobility);
+  const Eigen::Matrix3Xd acceleration = force.cwiseProduct(mobility);
+  constexpr int record = 4;
+  std::vector<double> values;
+  for (const std::size_t k : probe.mine)
+  {
+    const Eigen::Vector3d a = probe.at(k, acceleration)[0];
+    values.push_back(indices[k]);
+    values.insert(values.end(), a.data(), a.data() + 3);
+  }
+  values = gather_all(values, MPI_DOUBLE, comm);
+  std::unordered_map<int, Eigen::Vector3d> result;
+  for (std::size_t k = 0; k < values.size(); k += record)
+    result[static_cast<int>(values[k])] = Eigen::Map<const Eigen::Vector3d>(&values[k + 1]);
+  return result;
+}
+
+Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, const EnergyLedger &energies, MPI_Comm comm)
 {
   using Eigen::Vector3d;
   const bool flat = fem.mesh().dim == 2;
@@ -187,14 +239,12 @@ Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, MPI_Comm co
       sums.tail<3>() += x.cross(momentum);
     }
   }
-  const dem::Energies discrete = dem.energies();
-  const fem::Energies continuum = fem.energies();
   Inventory inventory;
   inventory.mass = sums[0];
   inventory.momentum = sums.segment<3>(1);
   inventory.angular_momentum = sums.tail<3>();
-  inventory.kinetic = discrete.kinetic + continuum.kinetic;
-  inventory.elastic = discrete.elastic + continuum.elastic;
+  inventory.kinetic = energies.kinetic;
+  inventory.elastic = energies.elastic;
   inventory.bonds = dem.n_bonds_intact() + dem.n_bonds_broken();
   return inventory;
 }

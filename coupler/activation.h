@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/energy_ledger.h"
 #include "coupler/overlap.h"
 #include "dem_side/dem_side.h"
 #include "fem_side/fem_side.h"
 
+#include <unordered_map>
 #include <vector>
 
 namespace kerf
@@ -28,14 +30,23 @@ private:
   MPI_Comm comm;
 };
 
+/// Adds cells to a region, one flag for each cell, until none outside has at most one neighbour outside: each could enclose the
+/// next. Returns the cells that came in.
+std::vector<int> enclose(const fem::Mesh &mesh, std::vector<char> &region);
+
 /// Cells whose centre lies in one of the boxes.
 std::vector<int> cells_inside(const fem::Mesh &mesh, const std::vector<Box> &boxes);
 
-/// Stored particles that the overlap needs and that are not active yet, with the kinematics of the finite elements at their
+/// Stored particles that the overlap needs and that are not @p taken yet, with the kinematics of the finite elements at their
 /// place: u = N u_F, v = N v_F, theta = 1/2 curl u_F, omega = 1/2 curl v_F. Same list on every rank. Collective; replaces the
 /// window of the finite elements.
 std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap, const dem::Packing &packing,
-                                      const std::vector<char> &active, MPI_Comm comm);
+                                      const std::vector<char> &taken, MPI_Comm comm);
+
+/// Accelerations of the finite elements at the places of stored particles, f/m of the step that has ended [m/s^2], by index in
+/// the packing, the same on every rank. Collective; replaces the window of the finite elements.
+std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem, const dem::Packing &packing,
+                                                               const std::vector<int> &indices, MPI_Comm comm);
 
 /// What both sides hold together, to audit a change of models.
 struct Inventory
@@ -46,6 +57,6 @@ struct Inventory
   double kinetic = 0., elastic = 0.;                          ///< [J]
   std::int64_t bonds = 0;                                     ///< of the particles, intact or broken
 };
-/// Collective.
-Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, MPI_Comm comm);
+/// @param energies of the same moment. Collective.
+Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, const EnergyLedger &energies, MPI_Comm comm);
 } // namespace kerf

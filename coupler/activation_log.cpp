@@ -33,7 +33,10 @@ ActivationLog::ActivationLog(const std::string &directory, bool plane) : plane(p
     if (!column.in_space || !plane)
       csv << "; " << column.name << " [" << column.unit << "]";
   csv << "; bonds_created: by the change, bonds_stored: those of the store that it had to create\n"
-      << "step,time,cells,particles,bonds_created,bonds_stored";
+      << "# cells and particles below zero: given back to the finite elements; stress and stress_jump [Pa]: root mean square "
+         "over "
+         "the cells before, and of the difference\n"
+      << "step,time,cells,particles,bonds_created,bonds_stored,stress,stress_jump";
   for (const Column &column : columns)
     if (!column.in_space || !plane)
       csv << ',' << column.name << "_before," << column.name << "_after";
@@ -43,7 +46,7 @@ ActivationLog::ActivationLog(const std::string &directory, bool plane) : plane(p
 void ActivationLog::add(const ActivationEvent &event)
 {
   csv << event.step << ',' << event.time << ',' << event.cells << ',' << event.particles << ','
-      << event.after.bonds - event.before.bonds << ',' << event.bonds_stored;
+      << event.after.bonds - event.before.bonds << ',' << event.bonds_stored << ',' << event.stress << ',' << event.stress_jump;
   for (const Column &column : columns)
     if (!column.in_space || !plane)
       csv << ',' << column.value(event.before) << ',' << column.value(event.after);

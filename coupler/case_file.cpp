@@ -456,6 +456,8 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.sigma_star = reader.number("Adaptivity", "Sigma star");
   result.check_interval = reader.integer("Adaptivity", "Check interval");
   result.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");
+  result.return_fraction = reader.number("Adaptivity", "Return fraction");
+  result.return_time = reader.number("Adaptivity", "Return time");
   for (const auto &row : reader.rows("Fixed", "Region", 2 * dim))
   {
     Box box{Eigen::Vector3d(0., 0., -1.), Eigen::Vector3d(0., 0., 1.)};

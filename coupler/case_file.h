@@ -94,9 +94,11 @@ struct Case
   double energy_tolerance = 0.;       ///< of the balance, share of the work done; 0: no bound
 
   Criterion criterion = Criterion::mohr_coulomb;
-  double sigma_star = 0.;   ///< [Pa]
-  int check_interval = 0;   ///< steps
-  int relaxation_steps = 0; ///< of new particles before time goes on
+  double sigma_star = 0.;      ///< [Pa]
+  int check_interval = 0;      ///< steps
+  int relaxation_steps = 0;    ///< of new particles before time goes on
+  double return_fraction = 0.; ///< of sigma*: quieter particle cells become finite elements again; 0: never
+  double return_time = 0.;     ///< for which they must have been [s]
 
   std::vector<Box> fixed_region;
 

@@ -32,11 +32,13 @@ CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, c
   : settings(settings), mode(mode), fem_side(fem), packing(packing), dt(dt), comm(comm),
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width),
-    activation(settings, fem.mesh(), comm), boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
+    activation(settings, fem.mesh(), comm), give_back_rule(settings, fem.mesh(), packing, comm),
+    particle_cells(fem.mesh(), packing, comm), boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
     loads(settings, fem.mesh(), packing), constraint(make_constraint(settings, packing, dt, comm)),
     watch(settings, packing, comm),
-    cutter(settings.tool, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm), tool_work(dt, comm),
-    boundary_work(dt, comm), absorbing_work(dt, comm)
+    cutter(settings.tool, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm),
+    loose(settings, packing, dt, comm), tool_work(dt, comm), loose_work(dt, comm), boundary_work(dt, comm),
+    absorbing_work(dt, comm)
 {
 }
 
@@ -68,7 +70,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
     ++n_steps;
     now = n_steps * dt;
   }
-  for (OuterWork *work : {&tool_work, &boundary_work, &absorbing_work})
+  for (OuterWork *work : {&tool_work, &loose_work, &boundary_work, &absorbing_work})
     work->begin(phase, particles);
 
   if (with_fem)
@@ -91,6 +93,8 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
       impulse_duration += dt;
     }
   }
+  if (with_fem)
+    loose.apply(phase, particles, fem_side, loose_work);
   clock.lap(Part::tool);
   boundary.damp(particles, absorbing_work);
   loads.apply(particles, now, boundary_work);
@@ -119,6 +123,8 @@ void CoupledModel::advance(int steps)
     // The particle side notices runaway bonds before energies are looked at, on all ranks alike.
     throw UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what());
   }
+  if (fem_side.n_active_cells() > 0)
+    loose.find_loose(*dem_side, regions.bonds(), regions.tied_particles());
   clock.lap(Part::dem);
 }
 
@@ -127,48 +133,138 @@ bool CoupledModel::adapt()
   if (mode != Mode::adaptive)
     return false;
   clock.restart();
-  const std::vector<int> cells = activation.cells_to_convert(fem_side, regions);
-  if (!cells.empty())
+  const std::size_t n_events = activation_events.size();
+  if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions); !cells.empty())
     convert(cells);
+  else if (give_back_rule.due(now))
+    give_back(give_back_rule.cells_to_return(fem_side, regions, *dem_side, now));
   clock.lap(Part::activation);
-  return !cells.empty();
+  return activation_events.size() > n_events;
 }
 
-void CoupledModel::convert(const std::vector<int> &cells)
+/// A change of models: what the body holds before it.
+ActivationEvent CoupledModel::open_event()
 {
   ActivationEvent event;
   event.step = n_steps;
   event.time = now;
-  event.before = take_inventory(fem_side, *dem_side, comm);
-  const double held_before = energies().held();
+  const EnergyLedger ledger = energies();
+  conversion_energy -= ledger.held();
+  event.before = take_inventory(fem_side, *dem_side, ledger, comm);
+  return event;
+}
+
+/// What it holds after it; the difference came in by the change.
+void CoupledModel::close_event(ActivationEvent &event)
+{
+  const EnergyLedger ledger = energies();
+  conversion_energy += ledger.held();
+  event.after = take_inventory(fem_side, *dem_side, ledger, comm);
+  activation_events.push_back(event);
+}
+
+void CoupledModel::convert(const std::vector<int> &cells)
+{
+  ActivationEvent event = open_event();
   event.cells = static_cast<int>(cells.size());
+  const CellStresses stress = stresses_of(cells, false);
 
   std::vector<int> reweighted;
   for (const TiedParticle &particle : active_ties())
     reweighted.push_back(particle.index);
   regions.convert(cells);
   // Project while the finite elements still carry the field everywhere.
-  const std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_active(), comm);
+  const std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_taken(), comm);
   event.particles = static_cast<int>(particles.size());
+  std::vector<int> fresh;
+  for (const dem::NewParticle &particle : particles)
+    fresh.push_back(particle.index);
+  std::vector<int> settling = fresh;
+  settling.insert(settling.end(), reweighted.begin(), reweighted.end());
+  const Accelerations accelerations = project_accelerations(fem_side, packing, settling, comm);
 
   fem_side.set_weights(regions.fe_weights());
   dem_side->insert(particles);
   const std::vector<TiedParticle> ties = active_ties();
   constraint->set_particles(ties);
-  std::vector<int> fresh;
-  for (const dem::NewParticle &particle : particles)
-    fresh.push_back(particle.index);
-  settle(fresh, reweighted, ties);
+  settle(fresh, reweighted, ties, accelerations);
   if (mode == Mode::adaptive)
     watch.check(fem_side, regions, ties, dem_side->is_active(), cells, dt);
 
   event.bonds_stored = bonds_between(fresh);
-  event.after = take_inventory(fem_side, *dem_side, comm);
-  conversion_energy += energies().held() - held_before;
-  activation_events.push_back(event);
+  audit_stress(event, stress, stresses_of(cells, true));
+  close_event(event);
 }
 
-/// Stored bonds of new particles to active ones.
+void CoupledModel::activate(std::vector<int> cells)
+{
+  std::sort(cells.begin(), cells.end());
+  convert(cells);
+}
+
+void CoupledModel::give_back(std::vector<int> cells)
+{
+  if (cells.empty())
+    return;
+  std::sort(cells.begin(), cells.end());
+  ActivationEvent event = open_event();
+  event.cells = -static_cast<int>(cells.size());
+  const CellStresses stress = stresses_of(cells, true);
+
+  const Eigen::Matrix3Xd moved = fem_side.gather(fem::NodalField::mass);
+  regions.restore(cells);
+  fem_side.set_weights(regions.fe_weights());
+  const NodalState state = recover_nodes(fem_side, *dem_side, packing, cells, moved, comm);
+  fem_side.set_state(state.displacement, state.velocity);
+
+  std::vector<int> unused;
+  for (int i = 0; i < packing.size(); ++i)
+    if (dem_side->is_active()[i] && !regions.needs_particle(i))
+      unused.push_back(i);
+  event.particles = -static_cast<int>(unused.size());
+  event.bonds_stored = -bonds_between(unused);
+  dem_side->remove(unused);
+  const std::vector<TiedParticle> ties = active_ties();
+  constraint->set_particles(ties);
+  dem_side->set_weights(regions.de_weights());
+  set_up_forces();
+  if (mode == Mode::adaptive)
+    watch.check(fem_side, regions, ties, dem_side->is_active(), cells, dt);
+  audit_stress(event, stress, stresses_of(cells, false));
+  close_event(event);
+}
+
+/// Stresses of cells as one of the sides has them.
+CellStresses CoupledModel::stresses_of(const std::vector<int> &cells, bool of_particles)
+{
+  std::vector<char> wanted(fem_side.mesh().n_cells(), 0);
+  for (const int cell : cells)
+    wanted[cell] = 1;
+  CellStresses stress = CellStresses::Zero(6, cells.size());
+  if (of_particles)
+  {
+    const CellStresses all = particle_cells.stresses(wanted, fem_side, *dem_side, settings.rock.poisson);
+    for (std::size_t k = 0; k < cells.size(); ++k)
+      stress.col(k) = all.col(cells[k]);
+    return stress;
+  }
+  const fem::CellStress mine = fem_side.cell_stress();
+  for (std::size_t k = 0; k < mine.cell.size(); ++k)
+    if (wanted[mine.cell[k]])
+      stress.col(std::lower_bound(cells.begin(), cells.end(), mine.cell[k]) - cells.begin()) = mine.sigma.col(k);
+  MPI_Allreduce(MPI_IN_PLACE, stress.data(), static_cast<int>(stress.size()), MPI_DOUBLE, MPI_SUM, comm);
+  return stress;
+}
+
+void CoupledModel::audit_stress(ActivationEvent &event, const CellStresses &before, const CellStresses &after) const
+{
+  const auto root_mean_square = [](const CellStresses &stress)
+  { return std::sqrt((stress.topRows<3>().squaredNorm() + 2. * stress.bottomRows<3>().squaredNorm()) / stress.cols()); };
+  event.stress = root_mean_square(before);
+  event.stress_jump = root_mean_square(after - before);
+}
+
+/// Stored bonds of particles that come or go to active ones.
 std::int64_t CoupledModel::bonds_between(const std::vector<int> &fresh) const
 {
   std::vector<char> is_new(packing.size(), 0);
@@ -192,9 +288,10 @@ std::vector<TiedParticle> CoupledModel::active_ties() const
 }
 
 /// Gives the particles their weights and moves those of a random packing to places where they rest: the projected field is
-/// smooth, they fluctuate about it, and let go they would ring and overload bonds. Velocities stay as projected.
+/// smooth, they fluctuate about it, and let go they would ring and overload bonds. What accelerates them is not part of that:
+/// it is the load of a passing wave. Velocities stay as projected.
 void CoupledModel::settle(const std::vector<int> &fresh, const std::vector<int> &reweighted,
-                          const std::vector<TiedParticle> &ties)
+                          const std::vector<TiedParticle> &ties, const Accelerations &accelerations)
 {
   const Tie tie = constraint->tie();
   // In mode dem particles start where bonds are at rest.
@@ -228,7 +325,8 @@ void CoupledModel::settle(const std::vector<int> &fresh, const std::vector<int> 
   {
     relaxing = true;
     relax(
-      settings, packing, moving, *dem_side, [this] { set_up_forces(); }, [this] { return constraint->springs(); });
+      settings, packing, moving, accelerations, *dem_side, [this] { set_up_forces(); },
+      [this] { return constraint->springs(); });
     relaxing = false;
     dem_side->set_weights(regions.de_weights());
   }
@@ -275,21 +373,23 @@ ToolForce CoupledModel::take_tool_force()
 EnergyLedger CoupledModel::energies() const
 {
   const ConstraintEnergy tie = constraint->energy();
-  double sums[5] = {tie.stored, tie.dissipated, tool_work.local(), boundary_work.local(), absorbing_work.local()};
-  MPI_Allreduce(MPI_IN_PLACE, sums, 5, MPI_DOUBLE, MPI_SUM, comm);
+  double sums[7] = {tie.stored,         tie.dissipated, tool_work.local(), boundary_work.local(), absorbing_work.local(),
+                    loose_work.local(), loose.stored()};
+  MPI_Allreduce(MPI_IN_PLACE, sums, 7, MPI_DOUBLE, MPI_SUM, comm);
   const dem::Energies particles = dem_side->energies();
   const fem::Energies continuum = fem_side.energies();
   EnergyLedger ledger;
   ledger.kinetic = particles.kinetic + continuum.kinetic;
   ledger.finite_step = particles.finite_step + continuum.finite_step;
-  ledger.elastic = particles.elastic + continuum.elastic;
+  ledger.elastic = particles.elastic + continuum.elastic + sums[6];
   ledger.coupling = sums[0];
   ledger.interface = sums[1];
   ledger.damping = particles.damping;
-  ledger.friction = particles.friction;
+  const double on_loose = sums[5] + continuum.surface[static_cast<int>(fem::SurfaceLoad::loose)];
+  ledger.friction = particles.friction - on_loose - sums[6]; // what their contacts neither store nor give back
   ledger.released = particles.released;
   ledger.absorbed = continuum.absorbed - sums[4];
-  ledger.tool_work = sums[2] + continuum.surface;
+  ledger.tool_work = sums[2] + continuum.surface[static_cast<int>(fem::SurfaceLoad::tool)];
   ledger.boundary_work = continuum.boundary + sums[3];
   ledger.conversion = conversion_energy;
   ledger.initial = initial_energy;

@@ -5,10 +5,12 @@
 #include "coupler/case_file.h"
 #include "coupler/constraint.h"
 #include "coupler/energy_ledger.h"
+#include "coupler/loose_contact.h"
 #include "coupler/outer_work.h"
 #include "coupler/overlap.h"
 #include "coupler/particle_boundary.h"
 #include "coupler/particle_loads.h"
+#include "coupler/return_rule.h"
 #include "coupler/stable_step.h"
 #include "coupler/step_timer.h"
 #include "coupler/tool.h"
@@ -22,10 +24,12 @@ struct ActivationEvent
 {
   std::int64_t step = 0;
   double time = 0.;
-  int cells = 0;                 ///< converted in this event
-  int particles = 0;             ///< taken from the store in this event
-  std::int64_t bonds_stored = 0; ///< between a new particle and any active one; before and after must differ by them
+  int cells = 0;                 ///< converted to particles; negative: given back to the finite elements
+  int particles = 0;             ///< taken from the store; negative: put back
+  std::int64_t bonds_stored = 0; ///< between these and any active particle; before and after must differ by them
   Inventory before, after;
+  double stress = 0.;      ///< root mean square over the cells of the stress before [Pa]
+  double stress_jump = 0.; ///< of the stress after less the stress before [Pa]
 };
 
 /// Mean force of the rock on the tool since the last call [N].
@@ -47,11 +51,15 @@ public:
   /// Advances by @p steps steps. Collective.
   void advance(int steps);
 
-  /// Mode adaptive: converts cells whose stress passed sigma*. Returns whether anything changed. Collective.
+  /// Mode adaptive: converts cells whose stress passed sigma*, or else gives quiet ones back (Adaptivity/Return fraction).
+  /// Returns whether anything changed. Collective.
   bool adapt();
 
   /// Converts @p cells whatever their stress (studies). Collective.
-  void activate(const std::vector<int> &cells) { convert(cells); }
+  void activate(std::vector<int> cells);
+
+  /// Makes converted @p cells finite elements again, whatever their state (studies): their bonds should be intact. Collective.
+  void give_back(std::vector<int> cells);
 
   /// Computes the forces anew after positions were changed from outside. Collective.
   void set_up_forces();
@@ -68,6 +76,7 @@ public:
   const Overlap &overlap() const { return regions; }
   const Tool &tool() const { return cutter; }
   const ActivationRule &rule() const { return activation; }
+  const LooseContact &loose_particles() const { return loose; }
   const std::vector<ActivationEvent> &events() const { return activation_events; }
   int n_overlap_particles() const { return constraint->n_particles(); }
   StepTimer &timer() { return clock; }
@@ -75,9 +84,14 @@ public:
 private:
   void cycle(dem::Phase phase, dem::Particles &particles);
   void convert(const std::vector<int> &cells);
+  ActivationEvent open_event();
+  void close_event(ActivationEvent &event);
+  CellStresses stresses_of(const std::vector<int> &cells, bool of_particles);
+  void audit_stress(ActivationEvent &event, const CellStresses &before, const CellStresses &after) const;
   std::int64_t bonds_between(const std::vector<int> &fresh) const;
   std::vector<TiedParticle> active_ties() const;
-  void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties);
+  void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties,
+              const std::unordered_map<int, Eigen::Vector3d> &accelerations);
   std::vector<char> damaged_particles() const;
 
   const Case &settings;
@@ -90,12 +104,15 @@ private:
   std::unique_ptr<dem::DemSide> dem_side;
   Overlap regions;
   ActivationRule activation;
+  ReturnRule give_back_rule;
+  ParticleCells particle_cells;
   ParticleBoundary boundary;
   ParticleLoads loads;
   std::unique_ptr<Constraint> constraint;
   StabilityWatch watch;
   Tool cutter;
-  OuterWork tool_work, boundary_work, absorbing_work; // on particles
+  LooseContact loose;
+  OuterWork tool_work, loose_work, boundary_work, absorbing_work; // on particles
   ForceCatcher tool_forces;
 
   bool relaxing = false; // new particles are moved to rest, time stands still

@@ -58,38 +58,71 @@ void MultiplierConstraint::set_particles(const std::vector<TiedParticle> &partic
   new_particles = true;
 }
 
+template <int dim>
+void MultiplierConstraint::pack(std::vector<Point<dim>> &points, const dem::Particles &particles) const
+{
+  points.clear();
+  for (const OverlapLink &link : links.links())
+  {
+    const int i = link.particle, index = particles.index[i];
+    Point<dim> point;
+    point.particle = i;
+    std::copy_n(link.origin.begin(), dim, point.origin.begin());
+    for (int a = 0; a < 1 << dim; ++a)
+    {
+      point.node[a] = link.node[a < link.n ? a : 0];
+      point.N[a] = a < link.n ? link.N[a] : 0.;
+    }
+    point.c = link.share * packing.volume(index);
+    point.spring = holding_spring(settings, particles.weight[i], link.share, particles.mass[i]);
+    point.viscosity =
+      settings.relaxation / settings.time_step * fluctuation_share(particles.weight[i], link.share) * particles.mass[i];
+    const auto held = blocked.find(index);
+    for (int axis = 0; axis < dim; ++axis)
+      point.inverse_mass[axis] = held != blocked.end() && held->second[axis] ? 0. : 1. / particles.mass[i];
+    points.push_back(point);
+  }
+}
+
+/// After particles changed place: the equations change with the set of particles only.
+void MultiplierConstraint::follow_particles(const dem::Particles &particles, const fem::FemSide &fem)
+{
+  if (packing.dim == 2)
+    pack(points_2d, particles);
+  else
+    pack(points_3d, particles);
+  auto n_links = static_cast<std::int64_t>(links.links().size());
+  MPI_Allreduce(MPI_IN_PLACE, &n_links, 1, MPI_INT64_T, MPI_SUM, settings.comm);
+  if (new_particles || n_links != n_rows)
+    build_equations(fem);
+  new_particles = false;
+  n_rows = n_links;
+}
+
 /// Every rank builds the equations of all links and solves them: they are as many as the nodes of the overlap, and what each
 /// rank adds to their right-hand side is a sum.
-void MultiplierConstraint::build_equations(const dem::Particles &particles, const fem::FemSide &fem)
+void MultiplierConstraint::build_equations(const fem::FemSide &fem)
 {
   fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
-  const std::vector<OverlapLink> &list = links.links();
-  inverse_mass.resize(3, list.size());
-  c.resize(list.size());
-  link_force.resize(list.size());
-  spring.resize(list.size());
-  for (std::size_t k = 0; k < list.size(); ++k)
-  {
-    const int index = particles.index[list[k].particle];
-    const int i = list[k].particle;
-    c[k] = list[k].share * packing.volume(index);
-    spring[k] = holding_spring(settings, particles.weight[i], list[k].share, particles.mass[i]);
-    inverse_mass.col(k).setConstant(1. / particles.mass[list[k].particle]);
-    if (const auto found = blocked.find(index); found != blocked.end())
-      for (int axis = 0; axis < 3; ++axis)
-        if (found->second[axis])
-          inverse_mass(axis, k) = 0.;
-  }
-
   constexpr int record = 5 + 2 * 8; // c, three inverse masses, number of nodes, nodes, shape functions
   std::vector<double> mine;
-  mine.reserve(list.size() * record);
-  for (std::size_t k = 0; k < list.size(); ++k)
+  const auto list_points = [&](const auto &points)
   {
-    mine.insert(mine.end(), {c[k], inverse_mass(0, k), inverse_mass(1, k), inverse_mass(2, k), double(list[k].n)});
-    mine.insert(mine.end(), list[k].node.begin(), list[k].node.end());
-    mine.insert(mine.end(), list[k].N.begin(), list[k].N.end());
-  }
+    mine.reserve(points.size() * record);
+    for (std::size_t k = 0; k < points.size(); ++k)
+    {
+      const OverlapLink &link = links.links()[k];
+      std::array<double, 3> inverse_mass{};
+      std::copy(points[k].inverse_mass.begin(), points[k].inverse_mass.end(), inverse_mass.begin());
+      mine.insert(mine.end(), {points[k].c, inverse_mass[0], inverse_mass[1], inverse_mass[2], double(link.n)});
+      mine.insert(mine.end(), link.node.begin(), link.node.end());
+      mine.insert(mine.end(), link.N.begin(), link.N.end());
+    }
+  };
+  if (packing.dim == 2)
+    list_points(points_2d);
+  else
+    list_points(points_3d);
   const std::vector<double> all = gather_all(mine, MPI_DOUBLE, settings.comm);
   const std::size_t n = all.size() / record;
   std::vector<int> nodes(8 * n);
@@ -124,113 +157,133 @@ void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fe
     return;
   work.begin(phase, particles, fem);
   if (links.update(particles, fem) || new_particles)
-    build_equations(particles, fem);
-  fem.read_window(fem::NodalField::displacement, displacement);
-  fem.read_window(fem::NodalField::velocity, velocity);
-  hold_light_particles(particles, fem);
-  fem.read_window(fem::NodalField::force, force);
-
-  relax_fluctuations(particles);
+    follow_particles(particles, fem);
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
-  impose(phase == dem::Phase::step ? settings.time_step : 0.5 * settings.time_step, particles);
-  add_couples(particles);
-  fem.add_window_forces(node_force);
-  work.end(node_force, velocity);
-}
-
-void MultiplierConstraint::hold_light_particles(dem::Particles &particles, fem::FemSide &fem)
-{
-  stored = 0.;
-  node_force.setZero(3, links.n_window());
-  for (std::size_t k = 0; k < links.links().size(); ++k)
-  {
-    const OverlapLink &link = links.links()[k];
-    const Vector3d chi = links.displacement_gap(link, particles, displacement);
-    particles.force.col(link.particle) -= spring[k] * chi; // along chi: no couple
-    OverlapLinks::spread(link, spring[k] * chi, node_force);
-    stored += 0.5 * spring[k] * chi.squaredNorm();
-  }
-  fem.add_window_forces(node_force);
-}
-
-/// f_i = -rho m_i/dt (v_i - sum_a N_a v_a), with its reaction on the nodes.
-void MultiplierConstraint::relax_fluctuations(dem::Particles &particles)
-{
-  reaction.setZero(3, links.n_window());
-  const double rate = settings.relaxation / settings.time_step;
-  for (std::size_t k = 0; k < links.links().size(); ++k)
-  {
-    const OverlapLink &link = links.links()[k];
-    const int i = link.particle;
-    link_force[k] = -rate * fluctuation_share(particles.weight[i], link.share) * particles.mass[i] *
-                    OverlapLinks::gap(link, particles.velocity, velocity);
-    particles.force.col(link.particle) += link_force[k];
-    OverlapLinks::spread(link, -link_force[k], reaction);
-  }
+  const double tau = phase == dem::Phase::step ? settings.time_step : 0.5 * settings.time_step;
+  if (packing.dim == 2)
+    impose(points_2d, tau, particles, fem);
+  else
+    impose(points_3d, tau, particles, fem);
 }
 
 /// Finds the forces after which the mean velocities agree at the next half step, and adds them.
-void MultiplierConstraint::impose(double tau, dem::Particles &particles)
+template <int dim>
+void MultiplierConstraint::impose(const std::vector<Point<dim>> &points, double tau, dem::Particles &particles,
+                                  fem::FemSide &fem)
 {
-  const int n = links.n_window();
-  const std::vector<OverlapLink> &list = links.links();
-  // What this rank's particles add: their rate, the gap, reaction of the relaxation.
-  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(9, n);
-  for (std::size_t k = 0; k < list.size(); ++k)
+  fem.read_window(fem::NodalField::displacement, displacement);
+  fem.read_window(fem::NodalField::velocity, velocity);
+  fem.read_window(fem::NodalField::force, force);
+  gather_gaps(points, tau, particles);
+  solve(tau, dim);
+  scatter_forces(points, particles);
+  fem.add_window_forces(node_force + spring_reaction);
+  work.end(node_force, velocity);
+}
+
+/// Holds light particles by springs along chi, relaxes fluctuations by f_i = -viscosity (v_i - sum_a N_a v_a), and adds up at
+/// the nodes, in this order of the rows: c N (velocity after the step, with what chi asks for to close), reaction of the
+/// relaxation, reaction of the springs.
+template <int dim>
+void MultiplierConstraint::gather_gaps(const std::vector<Point<dim>> &points, double tau, dem::Particles &particles)
+{
+  const bool periodic = !packing.periodic.isZero(0.);
+  const double closing = drift_share / settings.time_step;
+  const double *x = particles.position.data(), *v = particles.velocity.data();
+  const double *u_node = displacement.data(), *v_node = velocity.data();
+  double *f = particles.force.data();
+  sums.setZero(3 * dim, links.n_window());
+  apart.setZero(3, points.size());
+  link_force.setZero(3, points.size());
+  double energy = 0.;
+  for (std::size_t k = 0; k < points.size(); ++k)
   {
-    const OverlapLink &link = list[k];
-    const Vector3d ahead = particles.velocity.col(link.particle) +
-                           tau * inverse_mass.col(k).cwiseProduct(Vector3d(particles.force.col(link.particle)));
-    const Vector3d apart = links.displacement_gap(link, particles, displacement);
-    for (int a = 0; a < link.n; ++a)
+    const Point<dim> &point = points[k];
+    const int i = 3 * point.particle;
+    std::array<double, dim> chi, rate;
+    for (int c = 0; c < dim; ++c)
     {
-      auto column = sums.col(link.node[a]);
-      column.head<3>() += c[k] * link.N[a] * ahead;
-      column.segment<3>(3) += c[k] * link.N[a] * apart;
+      chi[c] = x[i + c] - point.origin[c];
+      rate[c] = v[i + c];
+      for (int a = 0; a < 1 << dim; ++a)
+      {
+        chi[c] -= point.N[a] * u_node[3 * point.node[a] + c];
+        rate[c] -= point.N[a] * v_node[3 * point.node[a] + c];
+      }
+    }
+    if (periodic)
+      for (int c = 0; c < dim; ++c)
+        if (packing.periodic[c] > 0.)
+          chi[c] -= packing.periodic[c] * std::round(chi[c] / packing.periodic[c]);
+    std::array<double, 3 * dim> terms;
+    for (int c = 0; c < dim; ++c)
+    {
+      const double held = point.spring * chi[c], relaxed = point.viscosity * rate[c];
+      f[i + c] -= held + relaxed;
+      terms[c] = point.c * (v[i + c] + tau * point.inverse_mass[c] * f[i + c] + closing * chi[c]);
+      terms[dim + c] = relaxed;
+      terms[2 * dim + c] = held;
+      energy += 0.5 * held * chi[c];
+      apart(c, k) = chi[c];
+      link_force(c, k) = -relaxed;
+    }
+    for (int a = 0; a < 1 << dim; ++a)
+    {
+      double *sum = sums.data() + 3 * dim * point.node[a];
+      for (int t = 0; t < 3 * dim; ++t)
+        sum[t] += point.N[a] * terms[t];
     }
   }
-  sums.bottomRows<3>() = reaction;
+  stored = energy;
   int n_ranks = 1;
   MPI_Comm_size(settings.comm, &n_ranks);
   if (n_ranks > 1)
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, settings.comm);
+}
 
-  const Eigen::Matrix3Xd total_reaction = sums.bottomRows<3>();
-  const Eigen::Matrix3Xd ahead = velocity + tau * inverse_node_mass.cwiseProduct(force + total_reaction);
-  const Eigen::Matrix3Xd gap = sums.middleRows<3>(3);
-  Eigen::Matrix3Xd lambda = Eigen::Matrix3Xd::Zero(3, n);
-  node_force = rank == 0 ? total_reaction : Eigen::Matrix3Xd::Zero(3, n);
-  new_particles = false;
-  for (int axis = 0; axis < packing.dim; ++axis)
+/// The multipliers, and the forces at the nodes; the first rank adds them.
+void MultiplierConstraint::solve(double tau, int dim)
+{
+  const int n = links.n_window();
+  lambda.setZero(3, n);
+  node_force.setZero(3, n);
+  spring_reaction.setZero(3, n);
+  for (int axis = 0; axis < dim; ++axis)
   {
     const MultiplierEquations &system = *equations[equations_of_axis[axis]];
-    const Eigen::VectorXd rate = sums.row(axis).transpose() - system.B() * ahead.row(axis).transpose() +
-                                 drift_share / settings.time_step * gap.row(axis).transpose();
-    const Eigen::VectorXd solution = system.solve(rate / tau);
+    const auto reaction = sums.row(dim + axis) + sums.row(2 * dim + axis);
+    const Eigen::VectorXd ahead =
+      velocity.row(axis) + tau * inverse_node_mass.row(axis).cwiseProduct(force.row(axis) + reaction);
+    const Eigen::VectorXd solution = system.solve((sums.row(axis).transpose() - system.B() * ahead) / tau);
     lambda.row(axis) = solution;
     if (rank == 0)
-      node_force.row(axis) += (system.B() * solution).transpose();
-  }
-  for (std::size_t k = 0; k < list.size(); ++k)
-  {
-    const OverlapLink &link = list[k];
-    Vector3d pull = Vector3d::Zero();
-    for (int a = 0; a < link.n; ++a)
-      pull += c[k] * link.N[a] * lambda.col(link.node[a]);
-    particles.force.col(link.particle) -= pull;
-    link_force[k] -= pull;
+    {
+      node_force.row(axis) = sums.row(dim + axis) + (system.B() * solution).transpose();
+      spring_reaction.row(axis) = sums.row(2 * dim + axis);
+    }
   }
 }
 
-/// The forces act at the point of the finite elements that the particle is tied to.
-void MultiplierConstraint::add_couples(dem::Particles &particles)
+/// The multipliers' forces on the particles. Forces act at the point of the finite elements that the particle is tied to; those
+/// that are not along chi come with a couple.
+template <int dim>
+void MultiplierConstraint::scatter_forces(const std::vector<Point<dim>> &points, dem::Particles &particles)
 {
-  for (std::size_t k = 0; k < links.links().size(); ++k)
+  for (std::size_t k = 0; k < points.size(); ++k)
   {
-    const OverlapLink &link = links.links()[k];
-    const Vector3d couple = -links.displacement_gap(link, particles, displacement).cross(link_force[k]);
-    particles.torque.col(link.particle) += couple;
-    work.add(particles, link.particle, link_force[k], couple);
+    const Point<dim> &point = points[k];
+    auto total = link_force.col(k);
+    for (int c = 0; c < dim; ++c)
+    {
+      double pull = 0.;
+      for (int a = 0; a < 1 << dim; ++a)
+        pull += point.N[a] * lambda(c, point.node[a]);
+      particles.force(c, point.particle) -= point.c * pull;
+      total[c] -= point.c * pull;
+    }
+    const Vector3d couple = -Vector3d(apart.col(k)).cross(Vector3d(total));
+    particles.torque.col(point.particle) += couple;
+    work.add(particles, point.particle, total, couple);
   }
 }
 } // namespace kerf

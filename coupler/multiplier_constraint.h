@@ -34,28 +34,49 @@ public:
   int n_particles() const override { return links.n_particles(); }
 
 private:
-  void build_equations(const dem::Particles &particles, const fem::FemSide &fem);
-  void hold_light_particles(dem::Particles &particles, fem::FemSide &fem);
-  void relax_fluctuations(dem::Particles &particles);
-  void impose(double tau, dem::Particles &particles);
-  void add_couples(dem::Particles &particles);
+  /// What a step needs of a link, together.
+  template <int dim>
+  struct Point
+  {
+    std::array<double, dim> origin; ///< stored position of the particle [m]
+    std::array<double, 1 << dim> N; ///< 0 for corners that the point does not need
+    std::array<int, 1 << dim> node; ///< columns of the window
+    int particle;
+    double c;                             ///< see MultiplierEquations
+    double spring;                        ///< [N/m]
+    double viscosity;                     ///< rho m/dt times fluctuation_share() [N s/m]
+    std::array<double, dim> inverse_mass; ///< 0 in directions in which the particle cannot move [1/kg]
+  };
+
+  void follow_particles(const dem::Particles &particles, const fem::FemSide &fem);
+  void build_equations(const fem::FemSide &fem);
+  template <int dim>
+  void pack(std::vector<Point<dim>> &points, const dem::Particles &particles) const;
+  template <int dim>
+  void gather_gaps(const std::vector<Point<dim>> &points, double tau, dem::Particles &particles);
+  void solve(double tau, int dim);
+  template <int dim>
+  void scatter_forces(const std::vector<Point<dim>> &points, dem::Particles &particles);
+  template <int dim>
+  void impose(const std::vector<Point<dim>> &points, double tau, dem::Particles &particles, fem::FemSide &fem);
 
   Settings settings;
   const dem::Packing &packing;
   int rank = 0;
   OverlapLinks links;
   bool new_particles = false;
+  std::int64_t n_rows = 0;                              // of the equations
   std::unordered_map<int, std::array<bool, 3>> blocked; // directions in which a tied particle cannot move, by packing index
-  std::vector<double> c;                                // of each link
   std::vector<std::unique_ptr<MultiplierEquations>> equations;
   std::array<int, 3> equations_of_axis{};
-  Eigen::Matrix3Xd inverse_node_mass, inverse_mass;           // of the window's nodes, of the links
-  Eigen::Matrix3Xd displacement, velocity, force, node_force; // of the window's nodes
-  Eigen::Matrix3Xd reaction;                                  // at the nodes
-  std::vector<Eigen::Vector3d> link_force;                    // on the particles
-  std::vector<double> spring;                                 // of each link [N/m]
-  double stored = 0.;                                         // in the springs [J]
-  InterfaceWork work;                                         // of all forces but the springs'
+  std::vector<Point<2>> points_2d; // of the links, one of the two
+  std::vector<Point<3>> points_3d;
+  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force; // of the window's nodes
+  Eigen::MatrixXd sums;                                              // over the points at each node, see gather_gaps()
+  Eigen::Matrix3Xd lambda, node_force, spring_reaction;              // at the nodes
+  Eigen::Matrix3Xd apart, link_force;                                // of the points: chi, force on the particle
+  double stored = 0.;                                                // in the springs [J]
+  InterfaceWork work;                                                // of all forces but the springs'
 };
 
 MultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt);

@@ -9,12 +9,6 @@ namespace kerf
 {
 using Eigen::Vector3d;
 
-double OuterWork::half_way(const dem::Particles &particles, const Load &load) const
-{
-  return 0.5 * dt *
-         (load.force.dot(particles.velocity.col(load.slot)) + load.torque.dot(particles.angular_velocity.col(load.slot)));
-}
-
 void OuterWork::begin(dem::Phase phase, const dem::Particles &particles)
 {
   stepping = phase == dem::Phase::step;
@@ -28,13 +22,6 @@ void OuterWork::begin(dem::Phase phase, const dem::Particles &particles)
     for (const Load &load : loads)
       sum += half_way(particles, load);
   loads.clear();
-}
-
-void OuterWork::add(const dem::Particles &particles, int i, const Vector3d &force, const Vector3d &torque)
-{
-  loads.push_back({i, particles.index[i], force, torque});
-  if (stepping)
-    sum += half_way(particles, loads.back());
 }
 
 void OuterWork::follow_moved(const dem::Particles &particles)

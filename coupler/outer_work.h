@@ -20,7 +20,12 @@ public:
   /// positions. Collective when particles changed rank.
   void begin(dem::Phase phase, const dem::Particles &particles);
   /// Force [N] and torque [N m] that particle @p i gets now; call before its velocity is changed.
-  void add(const dem::Particles &particles, int i, const Eigen::Vector3d &force, const Eigen::Vector3d &torque);
+  void add(const dem::Particles &particles, int i, const Eigen::Vector3d &force, const Eigen::Vector3d &torque)
+  {
+    loads.push_back({i, particles.index[i], force, torque});
+    if (stepping)
+      sum += half_way(particles, loads.back());
+  }
   /// Energy that reaches particles at once [J].
   void add_energy(double energy) { sum += energy; }
 
@@ -32,7 +37,11 @@ private:
     int slot = -1, index = -1;
     Eigen::Vector3d force, torque;
   };
-  double half_way(const dem::Particles &particles, const Load &load) const;
+  double half_way(const dem::Particles &particles, const Load &load) const
+  {
+    return 0.5 * dt *
+           (load.force.dot(particles.velocity.col(load.slot)) + load.torque.dot(particles.angular_velocity.col(load.slot)));
+  }
   void follow_moved(const dem::Particles &particles);
 
   double dt;

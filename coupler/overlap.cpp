@@ -55,6 +55,23 @@ void Overlap::convert(const std::vector<int> &cells)
   find_particles();
 }
 
+void Overlap::restore(const std::vector<int> &cells)
+{
+  for (const int cell : cells)
+    converted[cell] = 0;
+  std::vector<int> left;
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    if (converted[cell])
+    {
+      left.push_back(cell);
+      converted[cell] = 0;
+    }
+  n_converted_cells = 0;
+  for (RegionDistance *distance : {&particle_distance, &quadrature_distance, &cell_distance})
+    distance->clear();
+  convert(left);
+}
+
 /// Particles that lie in a converted cell and touch one that is not.
 std::vector<char> Overlap::on_region_border() const
 {

@@ -32,6 +32,9 @@ public:
   /// Turns cells into particle region; cells that already are one are ignored.
   void convert(const std::vector<int> &cells);
 
+  /// Gives cells back to the finite elements; cells that are none of the particle region are ignored.
+  void restore(const std::vector<int> &cells);
+
   bool is_converted(int cell) const { return converted[cell]; }
   int n_converted() const { return n_converted_cells; }
   double width() const { return overlap_width; }

@@ -201,6 +201,11 @@ const std::vector<Parameter> &parameter_table()
     entry("Adaptivity", "Check interval", "20", whole_number(1, 1000000), "steps", "steps between two checks of sigma", ""),
     entry("Adaptivity", "Relaxation steps", "10", whole_number(0, 1000), "-",
           "steps that move new particles to rest among frozen neighbours before time goes on; 0: plain projection", ""),
+    entry("Adaptivity", "Return fraction", "0", between(0., 1.), "sigma*",
+          "particle cells without a broken bond become finite elements again when their stress has stayed below this for the "
+          "return time; 0: never",
+          ""),
+    entry("Adaptivity", "Return time", "2e-4", positive(), "s", "see Return fraction", ""),
 
     entry("Fixed", "Region", "", text(), "m",
           "mode fixed: boxes 'x0 y0 x1 y1' (3D: 'x0 y0 z0 x1 y1 z1') separated by ';'. Cells whose centre is inside are "

@@ -27,6 +27,8 @@ public:
   RegionDistance(const fem::Mesh &mesh, const Eigen::Matrix3Xd &points, double reach);
 
   void add_cell(int cell);
+  /// Back to no cells.
+  void clear() { phi.setConstant(reach); }
   const Eigen::VectorXd &values() const { return phi; }
   auto point(int i) const { return points.col(i); }
   /// Calls visit(i, shift) for all points whose distance from the cell, moved by the shift to one of its images, is at most the

@@ -8,8 +8,9 @@
 
 namespace kerf
 {
-void relax(const Case &settings, const dem::Packing &packing, const std::vector<int> &moving, dem::DemSide &dem_side,
-           const std::function<void()> &compute_forces, const std::function<Eigen::VectorXd()> &springs)
+void relax(const Case &settings, const dem::Packing &packing, const std::vector<int> &moving,
+           const Accelerations &accelerations, dem::DemSide &dem_side, const std::function<void()> &compute_forces,
+           const std::function<Eigen::VectorXd()> &springs)
 {
   constexpr double step = 0.9, memory = 0.55;
   using Move = Eigen::Matrix<double, 6, 1>; // displacement, rotation
@@ -34,7 +35,10 @@ void relax(const Case &settings, const dem::Packing &packing, const std::vector<
       Move &move = found->second;
       move *= memory;
       const double stiffness = 0.5 * contacts * (k_n + k_t) + (i < spring.size() ? spring[i] : 0.);
-      move.head<3>() += step / stiffness * particles.force.col(i);
+      Eigen::Vector3d force = particles.force.col(i);
+      if (const auto wanted = accelerations.find(particles.index[i]); wanted != accelerations.end())
+        force -= particles.mass[i] * wanted->second;
+      move.head<3>() += step / stiffness * force;
       move.tail<3>() += step / (contacts * k_t * radius * radius) * particles.torque.col(i);
       particles.position.col(i) += move.head<3>();
       Eigen::Map<Eigen::Vector4d> stored(particles.rotation + 4 * i); // (w, x, y, z), turned by a small angle

@@ -158,9 +158,11 @@ private:
     const ActivationEvent &event = model->events().back();
     activations->add(event);
     std::ostringstream text;
-    text << std::setprecision(4) << "t = " << 1e3 * event.time << " ms: " << event.cells << " cells converted, "
-         << event.particles << " particles activated; mass " << event.before.mass << " -> " << event.after.mass
-         << " kg, momentum (" << event.before.momentum.head<2>().transpose() << ") -> ("
+
+    text << std::setprecision(4) << "t = " << 1e3 * event.time << " ms: " << std::abs(event.cells)
+         << (event.cells < 0 ? " cells given back, " : " cells converted, ") << std::abs(event.particles)
+         << (event.cells < 0 ? " particles put back" : " particles activated") << "; mass " << event.before.mass << " -> "
+         << event.after.mass << " kg, momentum (" << event.before.momentum.head<2>().transpose() << ") -> ("
          << event.after.momentum.head<2>().transpose() << ") N s";
     console.note(text.str());
   }

@@ -81,7 +81,7 @@ public:
   void read_window(fem::NodalField, Eigen::Matrix3Xd &) const override {}
   void add_window_forces(const Eigen::Matrix3Xd &) override {}
   void surface_points(const Vector3d &, const Vector3d &, fem::SurfacePoints &) const override {}
-  void add_surface_forces(const Eigen::Matrix3Xd &) override {}
+  void add_surface_forces(const Eigen::Matrix3Xd &, fem::SurfaceLoad) override {}
   fem::CellStress cell_stress() const override { return {}; }
   void set_state(const Eigen::Matrix3Xd &, const Eigen::Matrix3Xd &) override {}
   Eigen::Matrix3Xd gather(fem::NodalField) const override { return no_points; }

@@ -214,7 +214,7 @@ void Tool::push_surface(const RigidBody &body, fem::FemSide &fem, double share)
   for (int q = 0; q < surface.position.cols(); ++q)
     surface_force.col(q) = contact_force(body.nearest(surface.position.col(q)), surface.velocity.col(q),
                                          surface.area[q] * surface_stiffness, surface.area[q] * surface_damping, share);
-  fem.add_surface_forces(surface_force);
+  fem.add_surface_forces(surface_force, fem::SurfaceLoad::tool);
 }
 
 void Tool::apply(dem::Particles &particles, fem::FemSide &fem)

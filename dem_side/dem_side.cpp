@@ -324,6 +324,36 @@ void DemSide::insert(const std::vector<NewParticle> &particles)
   e.is_set_up = false;
 }
 
+void DemSide::remove(const std::vector<int> &particles)
+{
+  Engine &e = *engine;
+  if (particles.empty())
+    return;
+  std::vector<char> goes(e.packing.size(), 0);
+  for (const int i : particles)
+  {
+    if (i < 0 || i >= e.packing.size() || !e.active[i] || goes[i])
+      throw std::invalid_argument("particle " + std::to_string(i) + " to remove is not active or is named twice");
+    goes[i] = 1;
+    e.active[i] = e.was_active[i] = 0;
+  }
+  // As in insert(): the contact state goes with the particles, and the ghosts become invalid.
+  LAMMPS_NS::Atom &atom = *e.lmp->atom;
+  e.lmp->modify->setup_pre_exchange();
+  atom.nghost = 0;
+  for (int i = 0; i < atom.nlocal;)
+    if (goes[atom.tag[i] - 1])
+      atom.avec->copy(--atom.nlocal, i, 1);
+    else
+      ++i;
+  atom.natoms -= particles.size();
+  atom.map_init();
+  atom.map_set();
+  e.n_active -= static_cast<int>(particles.size());
+  ++e.style->order;
+  e.is_set_up = false;
+}
+
 void DemSide::set_weights(const Eigen::VectorXd &weight)
 {
   Engine &e = *engine;
@@ -406,6 +436,10 @@ int DemSide::n_active() const
 const std::vector<char> &DemSide::is_active() const
 {
   return engine->active;
+}
+const std::vector<char> &DemSide::is_taken() const
+{
+  return engine->was_active;
 }
 int DemSide::n_left_domain() const
 {

@@ -133,6 +133,10 @@ public:
   /// Follow with set_weights() and setup().
   void insert(const std::vector<NewParticle> &particles);
 
+  /// Puts active particles back into the store, the same list on every rank; their bonds and contacts end without a trace, so
+  /// none of them should have a broken bond. They can be inserted again. Follow with set_weights() and setup().
+  void remove(const std::vector<int> &particles);
+
   /// DE weight in [0, 1] of every particle of the store (only those of active particles are read; zero at the outer end of an
   /// overlap, for a particle that is bonded to one with weight). A contact has the mean
   /// weight of its two particles; a particle's mass is its full mass times the mean weight of its stored bonds to active
@@ -148,7 +152,9 @@ public:
   Particles particles();                      ///< not collective
   int n_active() const;                       ///< over all ranks
   const std::vector<char> &is_active() const; ///< by index in the packing, same on every rank. Not collective
-  int n_left_domain() const;                  ///< particles that left the domain since the start
+  /// By index in the packing: out of the store, active or left the domain. Not collective
+  const std::vector<char> &is_taken() const;
+  int n_left_domain() const; ///< particles that left the domain since the start
 
   std::int64_t n_bonds_intact() const;
   std::int64_t n_bonds_broken() const;          ///< since the start

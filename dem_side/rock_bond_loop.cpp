@@ -230,6 +230,7 @@ void RockBondLoop<dim>::pair_forces(bool step)
   {
     load_constants();
     collect_pairs();
+    near_pairs.clear(); // of the lists before; there may be no loose pair to look at now
     looked_from.clear();
   }
   load_rows(step);
@@ -420,11 +421,11 @@ void RockBondLoop<dim>::damp(bool step)
   const auto damp_one = [&](auto load, const auto &velocity, const auto &pair_damping, double per_inertia)
   {
     const auto before = (velocity + half_step * per_inertia * load).eval();
-    const double speed = before.norm();
+    const double speed2 = before.squaredNorm();
     auto damping = pair_damping.eval();
-    if (factor > 0. && speed > 0.)
+    if (factor > 0. && speed2 > 0.)
     {
-      const auto extra = (-factor * load.norm() / speed * before).eval();
+      const auto extra = (-factor * std::sqrt(load.squaredNorm() / speed2) * before).eval();
       load += extra;
       damping += extra;
     }

@@ -152,7 +152,8 @@ void ExplicitSolver<dim>::compute_forces()
   space.update_copies(velocity); // read by surface_points(), which is not collective
   force = 0.;
   force.zero_out_ghost_values();
-  surface_force.assign(surface.owned_dofs().size(), 0.);
+  for (std::vector<double> &load : surface_force)
+    load.assign(surface.owned_dofs().size(), 0.);
   kernel.subtract_internal_forces(displacement.begin(), force.begin());
   space.sum_up(force);
   loads.add_forces(now, force.begin());
@@ -258,16 +259,17 @@ void ExplicitSolver<dim>::surface_points(const Eigen::Vector3d &lower, const Eig
 }
 
 template <int dim>
-void ExplicitSolver<dim>::add_surface_forces(const Eigen::Matrix3Xd &forces)
+void ExplicitSolver<dim>::add_surface_forces(const Eigen::Matrix3Xd &forces, const SurfaceLoad source)
 {
+  std::vector<double> &load = surface_force[static_cast<int>(source)];
   const std::vector<int> &dofs = surface.owned_dofs();
   for (std::size_t k = 0; k < dofs.size(); ++k)
-    surface_force[k] -= force.local_element(dofs[k]);
+    load[k] -= force.local_element(dofs[k]);
   // Ghost entries are zero since the last compress(), so this adds the new contributions alone to their owners.
   surface.add_forces(forces, force.begin());
   space.sum_up(force);
   for (std::size_t k = 0; k < dofs.size(); ++k)
-    surface_force[k] += force.local_element(dofs[k]);
+    load[k] += force.local_element(dofs[k]);
 }
 
 /// Half of the trapezoidal rule: the forces of this time level over half of the way at the present half-step velocity.
@@ -275,8 +277,9 @@ template <int dim>
 void ExplicitSolver<dim>::add_surface_work(const double dt)
 {
   const std::vector<int> &dofs = surface.owned_dofs();
-  for (std::size_t k = 0; k < dofs.size(); ++k)
-    surface_work += 0.5 * dt * surface_force[k] * velocity.local_element(dofs[k]);
+  for (std::size_t source = 0; source < surface_force.size(); ++source)
+    for (std::size_t k = 0; k < surface_force[source].size(); ++k)
+      surface_work[source] += 0.5 * dt * surface_force[source][k] * velocity.local_element(dofs[k]);
 }
 
 template <int dim>
@@ -320,10 +323,10 @@ Energies ExplicitSolver<dim>::energies() const
   double kinetic = 0.;
   for (int i = 0; i < space.n_owned_dofs(); ++i)
     kinetic += 0.5 * mass.local_element(i) * velocity.local_element(i) * velocity.local_element(i);
-  std::array<double, 6> sums = {
-    {kinetic, finite_step_energy(), kernel.elastic_energy(u.begin()), boundary_work, absorbed_energy, surface_work}};
+  std::array<double, 7> sums = {{kinetic, finite_step_energy(), kernel.elastic_energy(u.begin()), boundary_work,
+                                 absorbed_energy, surface_work[0], surface_work[1]}};
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, space.comm);
-  return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]};
+  return {sums[0], sums[1], sums[2], sums[3], sums[4], {{sums[5], sums[6]}}};
 }
 
 template class ExplicitSolver<2>;

@@ -40,7 +40,7 @@ public:
   void add_window_forces(const Eigen::Matrix3Xd &forces) override;
 
   void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, SurfacePoints &points) const override;
-  void add_surface_forces(const Eigen::Matrix3Xd &forces) override;
+  void add_surface_forces(const Eigen::Matrix3Xd &forces, SurfaceLoad source) override;
 
   CellStress cell_stress() const override;
   std::vector<CellStiffness> cell_stiffness(const std::vector<int> &cells) const override;
@@ -87,9 +87,9 @@ private:
   OuterLoads<dim> loads;
   double now = 0.; ///< time of the positions [s]
   std::unique_ptr<Window<dim>> window;
-  double boundary_work = 0.;         ///< this rank's part [J]
-  double absorbed_energy = 0.;       ///< this rank's part [J]
-  std::vector<double> surface_force; ///< of add_surface_forces() in this step, on surface.owned_dofs() [N]
-  double surface_work = 0.;          ///< this rank's part [J]
+  double boundary_work = 0.;                        ///< this rank's part [J]
+  double absorbed_energy = 0.;                      ///< this rank's part [J]
+  std::array<std::vector<double>, 2> surface_force; ///< of each SurfaceLoad in this step, on surface.owned_dofs() [N]
+  std::array<double, 2> surface_work = {{0., 0.}};  ///< this rank's part [J]
 };
 } // namespace kerf::fem

@@ -186,6 +186,15 @@ struct SurfacePoints
   Eigen::Matrix3Xd position; ///< [m]
   Eigen::Matrix3Xd velocity; ///< [m/s]
   Eigen::VectorXd area;      ///< alpha-weighted reference area of the point [m^2] (2D: [m] per metre)
+  Eigen::Matrix3Xd normal;   ///< outer
+  Eigen::VectorXd weight;    ///< alpha, mean of the cell behind the face [-]
+};
+
+/// Where forces on the surface come from: their work is counted apart.
+enum class SurfaceLoad
+{
+  tool,
+  loose ///< particles that have come off the rock
 };
 
 struct Energies
@@ -197,7 +206,7 @@ struct Energies
   double elastic = 0.;  ///< weighted [J]
   double boundary = 0.; ///< work done on the rock by velocity boundaries, tractions and gravity since the start [J]
   double absorbed = 0.; ///< taken away by absorbing boundaries since the start [J]
-  double surface = 0.;  ///< work of add_surface_forces() since the start (trapezoidal rule) [J]
+  std::array<double, 2> surface = {{0., 0.}}; ///< work of each SurfaceLoad since the start (trapezoidal rule) [J]
 };
 
 /// One explicit step (velocity Verlet = central differences, Verlet with lumped mass) is
@@ -242,7 +251,7 @@ public:
   /// Points of the outer boundary that lie in the box [lower, upper] [m] (current positions, whole faces). Not collective.
   virtual void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, SurfacePoints &points) const = 0;
   /// Adds forces [N] at the points of the last surface_points() call. Collective.
-  virtual void add_surface_forces(const Eigen::Matrix3Xd &forces) = 0;
+  virtual void add_surface_forces(const Eigen::Matrix3Xd &forces, SurfaceLoad source) = 0;
 
   virtual CellStress cell_stress() const = 0;
 

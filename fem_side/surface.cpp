@@ -57,7 +57,8 @@ Surface<dim>::Surface(const NodalSpace<dim> &space, double spacing)
       face.dofs[a] = space.local_dof(boundary.nodes[a]);
       const q1::Point<dim> area = q1::area_vector<dim>(X, q1::gauss_point<dim - 1>(a));
       face.area[a] = area.norm();
-      face.normal[a] = area.normalized() * (area.dot(outwards) < 0. ? -1. : 1.);
+      face.turn = area.dot(outwards) < 0. ? -1. : 1.;
+      face.normal[a] = area.normalized() * face.turn;
     }
     const double extent = (X.rowwise().maxCoeff() - X.rowwise().minCoeff()).maxCoeff();
     face.parts = spacing > 0. ? std::max(1, static_cast<int>(std::ceil(extent / (2. * spacing)))) : 1;
@@ -100,6 +101,8 @@ void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Ve
   points.position.setZero(3, n_points);
   points.velocity.setZero(3, n_points);
   points.area.resize(n_points);
+  points.normal.setZero(3, n_points);
+  points.weight.resize(n_points);
   Eigen::Index point = 0;
   for (std::size_t k = 0; k < found.size(); ++k)
   {
@@ -114,6 +117,9 @@ void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Ve
                      points.position.col(point).template head<dim>() = current[k] * N;
                      points.velocity.col(point).template head<dim>() = velocity * N;
                      points.area[point] = weight * face.alpha * q1::area_vector<dim>(positions[found[k]], xi).norm();
+                     points.normal.col(point).template head<dim>() =
+                       face.turn * q1::area_vector<dim>(current[k], xi).normalized();
+                     points.weight[point] = face.alpha;
                      ++point;
                    });
   }

@@ -17,6 +17,7 @@ struct SurfaceFace
   std::array<double, n> area;           ///< reference area of each point [m^2] (2D: [m] per metre)
   std::array<q1::Point<dim>, n> normal; ///< outer
   double alpha = 1.;                    ///< mean weight of the cell
+  double turn = 1.;                     ///< sign of the outer normal to that of the face's coordinates
   int parts = 1;                        ///< contact points: Gauss points of this many parts along each direction of the face
 };
 

@@ -8,6 +8,8 @@ kerf_test(coupler_body LABEL coupling RANKS 2 SOURCES verification/coupler_body.
 kerf_test(coupler_periodic LABEL coupling RANKS 2 SOURCES verification/coupler_periodic.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_patch LABEL coupling RANKS 2 SOURCES verification/coupler_patch.cpp LIBRARIES kerf_coupling)
 kerf_test(adaptivity_front LABEL adaptivity SOURCES verification/adaptivity_front.cpp LIBRARIES kerf_coupling)
+kerf_test(adaptivity_changes LABEL adaptivity SOURCES verification/adaptivity_changes.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_loose LABEL adaptivity RANKS 2 SOURCES verification/coupler_loose.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_limit LABEL coupling SOURCES verification/coupler_limit.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_waves LABEL coupling SOURCES verification/coupler_waves.cpp LIBRARIES kerf_coupling)
 

@@ -86,7 +86,7 @@ public:
     points.velocity.resize(3, 0);
     points.area.resize(0);
   }
-  void add_surface_forces(const Eigen::Matrix3Xd &) override {}
+  void add_surface_forces(const Eigen::Matrix3Xd &, fem::SurfaceLoad) override {}
   fem::CellStress cell_stress() const override { return stress; }
   void set_state(const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v) override
   {

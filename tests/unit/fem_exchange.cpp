@@ -124,7 +124,7 @@ TEST_F(FemExchange, SurfaceForcesKeepForceAndPower)
   side->surface_points({-1., 0.4, -1.}, {1., 1., 1.}, points);
   EXPECT_GE(global_sum(points.position.cols()), 20.); // 8 faces on top and two at least beside it
   const Eigen::Matrix3Xd push = noise_field(static_cast<int>(points.position.cols()), 1e7, 200 + this_rank());
-  side->add_surface_forces(push);
+  side->add_surface_forces(push, SurfaceLoad::tool);
   const Eigen::Matrix3Xd change = side->gather(NodalField::force) - before;
   const double scale = 1e7 * 20.;
   EXPECT_NEAR(global_sum(push.cwiseProduct(points.velocity).sum()), change.cwiseProduct(v).sum(), 1e-12 * 3. * scale);

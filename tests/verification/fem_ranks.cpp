@@ -68,7 +68,7 @@ public:
       side->surface_points({0.2, 0.45, -1.}, {0.5, 0.55, 1.}, points);
       Eigen::Matrix3Xd load = Eigen::Matrix3Xd::Zero(3, points.area.size());
       load.row(1) = -1e6 * points.area.transpose();
-      side->add_surface_forces(load);
+      side->add_surface_forces(load, SurfaceLoad::tool);
       side->end_step(dt, n * dt);
     }
   }
