@@ -80,7 +80,7 @@ public:
   void set_window(const std::vector<int> &) override {}
   void read_window(fem::NodalField, Eigen::Matrix3Xd &) const override {}
   void add_window_forces(const Eigen::Matrix3Xd &) override {}
-  void surface_points(const Vector3d &, const Vector3d &, fem::SurfacePoints &) const override {}
+  void surface_points(const Vector3d &, const Vector3d &, const fem::NearTest &, fem::SurfacePoints &) const override {}
   void add_surface_forces(const Eigen::Matrix3Xd &) override {}
   fem::CellStress cell_stress() const override { return {}; }
   void set_state(const Eigen::Matrix3Xd &, const Eigen::Matrix3Xd &) override {}

@@ -61,7 +61,8 @@ public:
   virtual Box bounds(double reach) const = 0;
 };
 
-/// Disc cutter, its profile in the plane z = 0.
+/// Disc cutter, its axis along z: a flat disc with half of the width around it, so that its rim is round; or a cylinder without
+/// end.
 class Disc : public RigidBody
 {
 public:
@@ -73,6 +74,7 @@ public:
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
   double spin = 0., angle = 0.; ///< about z [rad/s], [rad]
   const double radius;
+  const double width; ///< 0: without end [m]
 
 private:
   ToolPath path;

@@ -70,6 +70,73 @@ TEST(Tool, ContactWithOneParticle)
   EXPECT_NEAR(tool.local_load().power, 0., 1e-9);
 }
 
+namespace
+{
+Case::Tool rolling_disc(double width)
+{
+  Case::Tool settings;
+  settings.radius = 2.;
+  settings.width = width;
+  settings.path = {{0., Vector3d(0., 2.45, 0.7)}, {1., Vector3d(3., 2.45, 0.7)}};
+  settings.smoothing_time = 0.;
+  settings.rolling = true;
+  return settings;
+}
+} // namespace
+
+// On the rim, on a flat side and on the half circle between them, outside and inside.
+TEST(Disc, NearestPlaceOfARoundRim)
+{
+  Disc disc(rolling_disc(0.8));
+  disc.move_to(0.5);
+  const Vector3d centre(1.5, 2.45, 0.7);
+  const Vector3d radial(0.6, -0.8, 0.), axial = Vector3d::UnitZ(), between = 0.8 * radial + 0.6 * axial;
+  for (const double gap : {-0.1, 0.3})
+  {
+    const NearestSurface rim = disc.nearest(centre + (2. + gap) * radial);
+    EXPECT_NEAR(rim.gap, gap, 1e-14);
+    EXPECT_LT((rim.normal - radial).norm(), 1e-14);
+    const NearestSurface side = disc.nearest(centre + 1.2 * radial - (0.4 + gap) * axial);
+    EXPECT_NEAR(side.gap, gap, 1e-14);
+    EXPECT_LT((side.normal + axial).norm(), 1e-14);
+    const NearestSurface edge = disc.nearest(centre + 1.6 * radial + (0.4 + gap) * between);
+    EXPECT_NEAR(edge.gap, gap, 1e-14);
+    EXPECT_LT((edge.normal - between).norm(), 1e-14);
+    // Rolling to the right turns clockwise: v = v_c + spin x arm, spin = -3/2.
+    const Vector3d arm = 1.6 * radial + 0.4 * between;
+    EXPECT_LT((edge.velocity - Vector3d(3., 0., 0.) - Vector3d(1.5 * arm[1], -1.5 * arm[0], 0.)).norm(), 1e-14);
+  }
+  EXPECT_LT(disc.nearest(centre - 2. * Vector3d::UnitY()).velocity.norm(), 1e-14);
+}
+
+// The search for contacts relies on it: the gap is a distance, it changes by no more than the point moves, and the normal is
+// its gradient; the box holds what is nearer than its reach.
+TEST(Disc, GapIsADistance)
+{
+  for (const double width : {0., 0.8})
+  {
+    Disc disc(rolling_disc(width));
+    disc.move_to(0.);
+    const double step = 1e-6;
+    const Box box = disc.bounds(0.25);
+    Vector3d before = disc.centre;
+    for (int k = 1; k < 400; ++k)
+    {
+      const Vector3d point = disc.centre + Vector3d(2.6 * std::sin(1.3 * k), 2.6 * std::sin(2.1 * k), 0.9 * std::sin(3.7 * k));
+      const NearestSurface there = disc.nearest(point);
+      EXPECT_LE(std::abs(there.gap - disc.nearest(before).gap), (1. + 1e-14) * (point - before).norm());
+      const bool inside = ((point - box.lower).array() > 0.).all() && ((box.upper - point).array() > 0.).all();
+      EXPECT_TRUE(inside || there.gap > 0.25);
+      Vector3d slope;
+      for (int c = 0; c < 3; ++c)
+        slope[c] = (disc.nearest(point + step * Vector3d::Unit(c)).gap - disc.nearest(point - step * Vector3d::Unit(c)).gap) /
+                   (2. * step);
+      EXPECT_LT((slope - there.normal).norm(), 1e-4) << point.transpose(); // curvature 1/(distance from the flat disc)
+      before = point;
+    }
+  }
+}
+
 TEST(Tool, ClearanceOfTheDisc)
 {
   const test::DummyFemSide boundaryless(2, 2, 1., 1.);
