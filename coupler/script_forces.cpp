@@ -99,7 +99,7 @@ class ToolForce final : public dem::ScriptForce
 {
 public:
   /// The contact with finite elements is not used, so any spacing and density will do there.
-  ToolForce(const Case::Tool &settings, double k_n, MPI_Comm comm) : tool(settings, k_n, 1., 1., comm)
+  ToolForce(const Case::Tool &settings, double k_n, MPI_Comm comm) : tool(settings, 2, k_n, 1., 1., comm)
   {
     if (!tool.present())
       throw InputError("the case has no tool");

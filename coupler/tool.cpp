@@ -154,10 +154,15 @@ Box Platen::bounds(double reach) const
   return box;
 }
 
-Tool::Tool(const Case::Tool &settings, double k_n, double diameter, double density, MPI_Comm comm)
+double surface_stiffness(const Case::Tool &settings, int dim, double k_n, double spacing)
+{
+  return settings.stiffness_ratio * k_n / (dim == 2 ? spacing : spacing * spacing);
+}
+
+Tool::Tool(const Case::Tool &settings, int dim, double k_n, double spacing, double density, MPI_Comm comm)
   : settings(settings), law{settings.friction}, particle_stiffness(settings.stiffness_ratio * k_n),
-    surface_stiffness(particle_stiffness / diameter),
-    surface_damping(2. * settings.damping * std::sqrt(density * diameter * surface_stiffness)), comm(comm)
+    surface_stiffness(kerf::surface_stiffness(settings, dim, k_n, spacing)),
+    surface_damping(2. * settings.damping * std::sqrt(density * spacing * surface_stiffness)), comm(comm)
 {
   if (settings.kind == Case::ToolKind::disc)
   {

@@ -55,7 +55,7 @@ TEST(Tool, ContactWithOneParticle)
   settings.friction = 0.5;
   settings.damping = 0.1;
   settings.rolling = true;
-  Tool tool(settings, 1e4, 1., 1000., MPI_COMM_WORLD);
+  Tool tool(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
   tool.move_to(0.);
   Eigen::Matrix3Xd x = Eigen::Matrix3Xd::Zero(3, 1);
   test::DummyParticles particles(x);
@@ -134,6 +134,44 @@ TEST(Disc, GapIsADistance)
       EXPECT_LT((slope - there.normal).norm(), 1e-4) << point.transpose(); // curvature 1/(distance from the flat disc)
       before = point;
     }
+  }
+}
+
+// The surface of the finite elements pushes back like particles d apart: one on each length d in the plane, on each d^2 in
+// space.
+TEST(Tool, SurfaceIsAsStiffAsParticles)
+{
+  class WithPoint : public test::DummyFemSide
+  {
+  public:
+    WithPoint() : DummyFemSide(1, 1, 1., 1.) {}
+    void surface_points(const Vector3d &, const Vector3d &, const fem::NearTest &near,
+                        fem::SurfacePoints &points) const override
+    {
+      EXPECT_TRUE(near(place, 0.));
+      EXPECT_FALSE(near(Vector3d(0., -0.5, 0.7), 0.9)); // 0.05 away
+      points.position = place;
+      points.velocity = Vector3d::Zero();
+      points.area = Eigen::VectorXd::Constant(1, 0.02);
+    }
+    void add_surface_forces(const Eigen::Matrix3Xd &forces) override { pushed = forces.col(0); }
+    const Vector3d place = Vector3d(0., 0.46, 0.7); // 0.01 inside
+    Vector3d pushed = Vector3d::Zero();
+  };
+  Case::Tool settings = rolling_disc(0.8);
+  settings.stiffness_ratio = 2.;
+  const double d = 0.1, k_n = 1e4;
+  Eigen::Matrix3Xd nothing(3, 0);
+  test::DummyParticles none(nothing);
+  for (const int dim : {2, 3})
+  {
+    Tool tool(settings, dim, k_n, d, 1000., MPI_COMM_WORLD);
+    WithPoint fem;
+    dem::Particles view = none.view();
+    tool.apply(view, fem);
+    const double expected = 2. * k_n / std::pow(d, dim - 1) * 0.02 * 0.01;
+    EXPECT_LT((fem.pushed + expected * Vector3d::UnitY()).norm(), 1e-12 * expected);
+    EXPECT_NEAR(tool.local_load().force[1], -expected, 1e-12 * expected);
   }
 }
 
