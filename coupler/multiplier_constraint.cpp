@@ -55,7 +55,6 @@ void MultiplierConstraint::set_particles(const std::vector<TiedParticle> &partic
   for (const TiedParticle &particle : particles)
     if (particle.blocked[0] || particle.blocked[1] || particle.blocked[2])
       blocked[particle.index] = particle.blocked;
-  new_particles = true;
 }
 
 /// Every rank builds the equations of all links and solves them: they are as many as the nodes of the overlap, and what each
@@ -123,7 +122,7 @@ void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fe
   if (links.n_particles() == 0)
     return;
   work.begin(phase, particles, fem);
-  if (links.update(particles, fem) || new_particles)
+  if (links.update(particles, fem) == LinkChange::renewed)
     build_equations(particles, fem);
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::velocity, velocity);
@@ -200,7 +199,6 @@ void MultiplierConstraint::impose(double tau, dem::Particles &particles)
   const Eigen::Matrix3Xd gap = sums.middleRows<3>(3);
   Eigen::Matrix3Xd lambda = Eigen::Matrix3Xd::Zero(3, n);
   node_force = rank == 0 ? total_reaction : Eigen::Matrix3Xd::Zero(3, n);
-  new_particles = false;
   for (int axis = 0; axis < packing.dim; ++axis)
   {
     const MultiplierEquations &system = *equations[equations_of_axis[axis]];

@@ -44,7 +44,6 @@ private:
   const dem::Packing &packing;
   int rank = 0;
   OverlapLinks links;
-  bool new_particles = false;
   std::unordered_map<int, std::array<bool, 3>> blocked; // directions in which a tied particle cannot move, by packing index
   std::vector<double> c;                                // of each link
   std::vector<std::unique_ptr<MultiplierEquations>> equations;
