@@ -282,11 +282,16 @@ Case::Tool read_tool(const Reader &reader)
     reader.text("Tool", "Kind"),
     {{"none", Case::ToolKind::none}, {"disc", Case::ToolKind::disc}, {"platens", Case::ToolKind::platens}});
   tool.radius = reader.number("Tool", "Radius");
+  tool.width = reader.number("Tool", "Width");
+  if (tool.width > 0. && reader.integer("Mesh", "Dimension") == 2)
+    reader.fail("Tool", "Width", "is for three dimensions, in two the disc is a cylinder without end: 0");
+  if (tool.width > 2. * tool.radius)
+    reader.fail("Tool", "Width", "must not be larger than twice the radius");
   for (const auto &row : reader.rows("Tool", "Path", 3))
   {
     if (!tool.path.empty() && row[0] <= tool.path.back().first)
       reader.fail("Tool", "Path", "times must increase");
-    tool.path.push_back({row[0], Eigen::Vector3d(row[1], row[2], 0.)});
+    tool.path.push_back({row[0], Eigen::Vector3d(row[1], row[2], reader.number("Tool", "Middle"))});
   }
   if (tool.kind == Case::ToolKind::disc && tool.path.empty())
     reader.fail("Tool", "Path", "a disc needs at least one way point 't x y'");

@@ -112,6 +112,7 @@ struct Case
   {
     ToolKind kind = ToolKind::disc;
     double radius = 0.;                                   ///< of the disc [m]
+    double width = 0.;                                    ///< of the disc along its axis, 0: without end [m]
     std::vector<std::pair<double, Eigen::Vector3d>> path; ///< of the disc: time [s], centre [m]
     double smoothing_time = 0.;                           ///< of the disc's path, start-up time of the platens [s]
     bool rolling = true;

@@ -36,7 +36,7 @@ CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, c
     particle_cells(fem.mesh(), packing, comm), boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
     loads(settings, fem.mesh(), packing), constraint(make_constraint(settings, packing, dt, comm)),
     watch(settings, packing, comm),
-    cutter(settings.tool, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm),
+    cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm),
     loose(settings, packing, dt, comm), tool_work(dt, comm), loose_work(dt, comm), boundary_work(dt, comm),
     absorbing_work(dt, comm)
 {

@@ -22,7 +22,7 @@ void DiagonalConstraint::apply(dem::Phase phase, dem::Particles &particles, fem:
   if (links.n_particles() == 0)
     return;
   work.begin(phase, particles, fem);
-  if (links.update(particles, fem))
+  if (links.update(particles, fem) == LinkChange::renewed)
   {
     mass = links.tied_masses(particles, fem);
     fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);

@@ -215,15 +215,20 @@ void FieldOutput::write_disc(const Disc &disc, const std::string &stamp) const
   Cloud<1> cloud({"radius"});
   constexpr int n_sides = 180;
   const Eigen::MatrixXd radius = Eigen::MatrixXd::Constant(1, 2, disc.radius);
-  const auto rim = [&](double angle)
-  { return Eigen::Vector3d(disc.centre + disc.radius * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.)); };
+  const auto rim = [&](double angle, double r, double z)
+  { return Eigen::Vector3d(disc.centre + Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), z)); };
   Eigen::Matrix<double, 3, 2> ends;
-  for (int k = 0; k < n_sides; ++k)
-  {
-    ends << rim(2. * M_PI * k / n_sides), rim(2. * M_PI * (k + 1) / n_sides);
-    cloud.add(ends, radius);
-  }
-  ends << disc.centre, rim(disc.angle); // a spoke shows the rotation
+  const double half = 0.5 * disc.width;
+  std::vector<std::array<double, 2>> circles = {{{disc.radius, 0.}}}; // radius, z; and the borders of the flat sides
+  if (half > 0.)
+    circles.insert(circles.end(), {{{disc.radius - half, -half}}, {{disc.radius - half, half}}});
+  for (const auto &[r, z] : circles)
+    for (int k = 0; k < n_sides; ++k)
+    {
+      ends << rim(2. * M_PI * k / n_sides, r, z), rim(2. * M_PI * (k + 1) / n_sides, r, z);
+      cloud.add(ends, radius);
+    }
+  ends << disc.centre, rim(disc.angle, disc.radius, 0.); // a spoke shows the rotation
   cloud.add(ends, radius);
   cloud.write(directory + "/fields/tool_" + stamp + ".vtu");
 }

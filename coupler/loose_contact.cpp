@@ -111,7 +111,7 @@ void LooseContact::find_points(const std::vector<Visitor> &all, const fem::FemSi
   }
   if (packing.dim == 2)
     lower[2] = -1., upper[2] = 1.;
-  fem.surface_points(lower, upper, points);
+  fem.surface_points(lower, upper, {}, points);
 
   const int n = static_cast<int>(points.area.size());
   bin_start.assign(1, 0);

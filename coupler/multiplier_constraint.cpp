@@ -55,7 +55,6 @@ void MultiplierConstraint::set_particles(const std::vector<TiedParticle> &partic
   for (const TiedParticle &particle : particles)
     if (particle.blocked[0] || particle.blocked[1] || particle.blocked[2])
       blocked[particle.index] = particle.blocked;
-  new_particles = true;
 }
 
 template <int dim>
@@ -84,19 +83,15 @@ void MultiplierConstraint::pack(std::vector<Point<dim>> &points, const dem::Part
   }
 }
 
-/// After particles changed place: the equations change with the set of particles only.
-void MultiplierConstraint::follow_particles(const dem::Particles &particles, const fem::FemSide &fem)
+/// After particles changed place: the equations change with the links only.
+void MultiplierConstraint::follow_particles(LinkChange change, const dem::Particles &particles, const fem::FemSide &fem)
 {
   if (packing.dim == 2)
     pack(points_2d, particles);
   else
     pack(points_3d, particles);
-  auto n_links = static_cast<std::int64_t>(links.links().size());
-  MPI_Allreduce(MPI_IN_PLACE, &n_links, 1, MPI_INT64_T, MPI_SUM, settings.comm);
-  if (new_particles || n_links != n_rows)
+  if (change == LinkChange::renewed)
     build_equations(fem);
-  new_particles = false;
-  n_rows = n_links;
 }
 
 /// Every rank builds the equations of all links and solves them: they are as many as the nodes of the overlap, and what each
@@ -156,8 +151,8 @@ void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fe
   if (links.n_particles() == 0)
     return;
   work.begin(phase, particles, fem);
-  if (links.update(particles, fem) || new_particles)
-    follow_particles(particles, fem);
+  if (const LinkChange change = links.update(particles, fem); change != LinkChange::none)
+    follow_particles(change, particles, fem);
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
   const double tau = phase == dem::Phase::step ? settings.time_step : 0.5 * settings.time_step;
   if (packing.dim == 2)

@@ -48,7 +48,7 @@ private:
     std::array<double, dim> inverse_mass; ///< 0 in directions in which the particle cannot move [1/kg]
   };
 
-  void follow_particles(const dem::Particles &particles, const fem::FemSide &fem);
+  void follow_particles(LinkChange change, const dem::Particles &particles, const fem::FemSide &fem);
   void build_equations(const fem::FemSide &fem);
   template <int dim>
   void pack(std::vector<Point<dim>> &points, const dem::Particles &particles) const;
@@ -64,8 +64,6 @@ private:
   const dem::Packing &packing;
   int rank = 0;
   OverlapLinks links;
-  bool new_particles = false;
-  std::int64_t n_rows = 0;                              // of the equations
   std::unordered_map<int, std::array<bool, 3>> blocked; // directions in which a tied particle cannot move, by packing index
   std::vector<std::unique_ptr<MultiplierEquations>> equations;
   std::array<int, 3> equations_of_axis{};

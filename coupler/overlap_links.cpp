@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace kerf
 {
@@ -15,14 +16,18 @@ OverlapLinks::OverlapLinks(const dem::Packing &packing, WindowNodes window, MPI_
 
 void OverlapLinks::set_particles(const std::vector<TiedParticle> &particles)
 {
-  std::unordered_map<int, Row> kept;
-  for (const TiedParticle &particle : particles)
-    if (const auto known = rows.find(particle.index); known != rows.end())
-    {
-      known->second.share = particle.share;
-      kept.insert(*known);
-    }
-  rows = std::move(kept);
+  const std::vector<Row> known = std::move(rows);
+  const std::vector<int> known_row = std::move(row_of);
+  rows.assign(particles.size(), {});
+  row_of.assign(packing.size(), -1);
+  for (std::size_t k = 0; k < particles.size(); ++k)
+  {
+    const int index = particles[k].index;
+    if (!known_row.empty() && known_row[index] >= 0)
+      rows[k] = known[known_row[index]];
+    rows[k].share = particles[k].share;
+    row_of[index] = static_cast<int>(k);
+  }
   tied = particles;
   located = false;
   stale = true;
@@ -30,38 +35,71 @@ void OverlapLinks::set_particles(const std::vector<TiedParticle> &particles)
 
 void OverlapLinks::locate(fem::FemSide &fem)
 {
-  std::vector<TiedParticle> pending;
-  for (const TiedParticle &particle : tied)
-    if (!rows.count(particle.index))
-      pending.push_back(particle);
+  std::vector<int> pending; // a row has a node at least
+  for (std::size_t k = 0; k < tied.size(); ++k)
+    if (rows[k].n == 0)
+      pending.push_back(static_cast<int>(k));
   Eigen::Matrix3Xd points(3, pending.size());
   for (std::size_t k = 0; k < pending.size(); ++k)
-    points.col(k) = packing.positions.col(pending[k].index);
+    points.col(k) = packing.positions.col(tied[pending[k]].index);
   const std::vector<fem::Interpolation> found = fem.locate(points);
   for (std::size_t k = 0; k < pending.size(); ++k)
   {
     if (found[k].cell < 0)
-      throw InputError("stored particle " + std::to_string(pending[k].index) + " lies outside the mesh");
-    Row row;
-    row.share = pending[k].share;
+      throw InputError("stored particle " + std::to_string(tied[pending[k]].index) + " lies outside the mesh");
+    Row &row = rows[pending[k]];
     for (int a = 0; a < found[k].n; ++a)
       if (found[k].N[a] > 1e-12) // on a face only its own nodes count, whatever cell was found
       {
         row.node[row.n] = found[k].nodes[a];
         row.N[row.n++] = found[k].N[a];
       }
-    rows.emplace(pending[k].index, row);
   }
   located = true;
 }
 
-bool OverlapLinks::update(const dem::Particles &particles, fem::FemSide &fem)
+LinkChange OverlapLinks::update(const dem::Particles &particles, fem::FemSide &fem)
 {
   // Windows are collective, so all ranks plan again when particles moved on any of them.
-  int plan = stale || order != particles.order;
-  MPI_Allreduce(MPI_IN_PLACE, &plan, 1, MPI_INT, MPI_MAX, comm);
-  if (!plan)
-    return false;
+  int change = static_cast<int>(stale                      ? LinkChange::renewed
+                                : order != particles.order ? LinkChange::renumbered
+                                                           : LinkChange::none);
+  MPI_Allreduce(MPI_IN_PLACE, &change, 1, MPI_INT, MPI_MAX, comm);
+  if (change == static_cast<int>(LinkChange::renumbered))
+  {
+    int same = renumber(particles);
+    MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, comm);
+    change = static_cast<int>(same ? LinkChange::renumbered : LinkChange::renewed);
+  }
+  if (change == static_cast<int>(LinkChange::renewed))
+    renew(particles, fem);
+  order = particles.order;
+  stale = false;
+  return static_cast<LinkChange>(change);
+}
+
+/// Finds the particles of the links again. False when a link is gone or new on this rank.
+bool OverlapLinks::renumber(const dem::Particles &particles)
+{
+  std::vector<int> particle_of(rows.size(), -1);
+  std::size_t n = 0;
+  for (int i = 0; i < particles.n; ++i)
+    if (const int row = row_of[particles.index[i]]; row >= 0)
+    {
+      particle_of[row] = i;
+      ++n;
+    }
+  bool same = n == list.size();
+  for (OverlapLink &link : list)
+  {
+    link.particle = particle_of[link.row];
+    same = same && link.particle >= 0;
+  }
+  return same;
+}
+
+void OverlapLinks::renew(const dem::Particles &particles, fem::FemSide &fem)
+{
   if (!located)
     locate(fem);
 
@@ -78,21 +116,19 @@ bool OverlapLinks::update(const dem::Particles &particles, fem::FemSide &fem)
     return column[node];
   };
   if (which == WindowNodes::all)
-    for (const TiedParticle &particle : tied)
-    {
-      const Row &row = rows.at(particle.index);
+    for (const Row &row : rows)
       std::for_each(row.node.begin(), row.node.begin() + row.n, show);
-    }
 
   list.clear();
   for (int i = 0; i < particles.n; ++i)
   {
-    const auto found = rows.find(particles.index[i]);
-    if (found == rows.end())
+    const int place = row_of[particles.index[i]];
+    if (place < 0)
       continue;
-    const Row &row = found->second;
+    const Row &row = rows[place];
     OverlapLink link;
     link.particle = i;
+    link.row = place;
     link.share = row.share;
     link.n = row.n;
     link.N = row.N;
@@ -101,9 +137,6 @@ bool OverlapLinks::update(const dem::Particles &particles, fem::FemSide &fem)
     list.push_back(link);
   }
   fem.set_window(window);
-  order = particles.order;
-  stale = false;
-  return true;
 }
 
 std::vector<double> OverlapLinks::tied_masses(const dem::Particles &particles, fem::FemSide &fem) const

@@ -6,7 +6,7 @@
 #include "fem_side/fem_side.h"
 
 #include <array>
-#include <unordered_map>
+#include <cstdint>
 #include <vector>
 
 namespace kerf
@@ -15,11 +15,20 @@ namespace kerf
 struct OverlapLink
 {
   int particle = -1; ///< of this rank
+  int row = -1;      ///< among all tied particles
   int n = 0;
   double share = 1.;
   std::array<int, 8> node;      ///< columns of the window
   std::array<double, 8> N;      ///< shape functions at the stored position
   std::array<double, 3> origin; ///< stored position [m]
+};
+
+/// What became of the links of the whole model.
+enum class LinkChange
+{
+  none,
+  renumbered, ///< the same links in the same order, but particles have other places in the arrays
+  renewed     ///< others, or on other ranks
 };
 
 /// Which nodes the window of a rank shows.
@@ -39,9 +48,9 @@ public:
   void set_particles(const std::vector<TiedParticle> &particles);
   int n_particles() const { return static_cast<int>(tied.size()); }
 
-  /// Links for the particles as they lie on this rank now; returns whether they are new (on all ranks alike). Sets the window
-  /// of the finite elements. Collective.
-  bool update(const dem::Particles &particles, fem::FemSide &fem);
+  /// Links for the particles as they lie on this rank now; the same answer on all ranks. Sets the window of the finite elements
+  /// when links are renewed. Collective.
+  LinkChange update(const dem::Particles &particles, fem::FemSide &fem);
 
   /// The mass that a spring between a particle and its point moves when its neighbours' springs pull alike,
   ///   1/mu_i = 1/m_i + sum_a N_ia/M_a sum_j share_j N_ja   [kg],
@@ -83,12 +92,15 @@ private:
     std::array<double, 8> N;
   };
   void locate(fem::FemSide &fem);
+  bool renumber(const dem::Particles &particles);
+  void renew(const dem::Particles &particles, fem::FemSide &fem);
 
   const dem::Packing &packing;
   WindowNodes which;
   MPI_Comm comm;
   std::vector<TiedParticle> tied;
-  std::unordered_map<int, Row> rows; // by packing index
+  std::vector<Row> rows;
+  std::vector<int> row_of; // by index in the packing: place among the rows, -1 for particles that are not tied
   std::vector<OverlapLink> list;
   std::vector<int> window; // node numbers
   bool stale = true, located = true;

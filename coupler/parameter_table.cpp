@@ -25,6 +25,10 @@ std::string number_text(double value)
   return text.str();
 }
 
+Allowed number()
+{
+  return {std::make_shared<P::Double>(), "a number"};
+}
 Allowed positive()
 {
   return {std::make_shared<P::Double>(tiny, huge), "a number > 0"};
@@ -215,6 +219,9 @@ const std::vector<Parameter> &parameter_table()
     entry("Tool", "Kind", "disc", one_of("disc|platens|none"), "-",
           "rigid disc cutter (axis along z), the two rigid platens of a press that close along y on the body, or no tool", ""),
     entry("Tool", "Radius", "0.025", positive(), "m", "radius of the disc", ""),
+    entry("Tool", "Width", "0", not_negative(), "m",
+          "three dimensions: width of the disc along its axis, its rim being a half circle; 0: a cylinder without end", ""),
+    entry("Tool", "Middle", "0", number(), "m", "z of the disc's middle plane", ""),
     entry("Tool", "Path", "", text(), "s, m", "way points 't x y' of the disc centre separated by ';', linear in between", ""),
     entry("Tool", "Smoothing time", "1e-4", not_negative(), "s",
           "the path is averaged over this time, platens start within it: no velocity jumps", ""),

@@ -33,7 +33,6 @@ void PenaltyConstraint::set_particles(const std::vector<TiedParticle> &particles
 void PenaltyConstraint::choose_springs(const dem::Particles &particles, fem::FemSide &fem)
 {
   const std::vector<double> masses = links.tied_masses(particles, fem);
-  n_local = particles.n;
   stiffness.clear();
   viscosity.clear();
   for (std::size_t k = 0; k < masses.size(); ++k)
@@ -49,54 +48,102 @@ void PenaltyConstraint::choose_springs(const dem::Particles &particles, fem::Fem
 }
 
 template <int dim>
-void PenaltyConstraint::pack(std::vector<Spring<dim>> &springs) const
+void PenaltyConstraint::pack(Packed<dim> &packed) const
 {
-  springs.clear();
-  for (std::size_t k = 0; k < links.links().size(); ++k)
+  const std::vector<OverlapLink> &list = links.links();
+  packed.cells.clear();
+  std::vector<std::vector<int>> cells_at(links.n_window()); // by the first node
+  std::vector<int> cell_of(list.size()), count;
+  for (std::size_t k = 0; k < list.size(); ++k)
   {
-    const OverlapLink &link = links.links()[k];
-    Spring<dim> spring;
-    spring.particle = link.particle;
-    spring.stiffness = stiffness[k];
-    std::copy_n(link.origin.begin(), dim, spring.origin.begin());
+    Cell<dim> cell;
     for (int a = 0; a < 1 << dim; ++a)
+      cell.node[a] = list[k].node[a < list[k].n ? a : 0];
+    std::vector<int> &near = cells_at[cell.node[0]];
+    auto found = std::find_if(near.begin(), near.end(), [&](int c) { return packed.cells[c].node == cell.node; });
+    if (found == near.end())
     {
-      spring.node[a] = link.node[a < link.n ? a : 0];
-      spring.N[a] = a < link.n ? link.N[a] : 0.;
+      found = near.insert(near.end(), static_cast<int>(packed.cells.size()));
+      packed.cells.push_back(cell);
+      count.push_back(0);
     }
-    springs.push_back(spring);
+    cell_of[k] = *found;
+    ++count[*found];
   }
+
+  int n = 0;
+  std::vector<int> next;
+  for (std::size_t c = 0; c < count.size(); ++c)
+  {
+    next.push_back(n_lanes * n);
+    n += (count[c] + n_lanes - 1) / n_lanes;
+    packed.cells[c].end = n;
+  }
+  packed.springs.assign(n, Springs<dim>());
+  for (std::size_t k = 0; k < list.size(); ++k)
+  {
+    const int place = next[cell_of[k]]++, lane = place % n_lanes;
+    Springs<dim> &springs = packed.springs[place / n_lanes];
+    for (int l = lane; l < n_lanes; ++l) // what is left over finds a particle, too
+      springs.link[l] = static_cast<int>(k);
+    springs.stiffness[lane] = stiffness[k];
+    for (int c = 0; c < dim; ++c)
+      springs.origin[c][lane] = list[k].origin[c];
+    for (int a = 0; a < list[k].n; ++a)
+      springs.N[a][lane] = list[k].N[a];
+  }
+  renumber(packed);
+}
+
+template <int dim>
+void PenaltyConstraint::renumber(Packed<dim> &packed) const
+{
+  for (Springs<dim> &springs : packed.springs)
+    for (int l = 0; l < n_lanes; ++l)
+      springs.particle[l] = links.links()[springs.link[l]].particle;
 }
 
 /// f_i = -k_i chi_i and its reaction.
-template <int dim>
-void PenaltyConstraint::pull(const std::vector<Spring<dim>> &springs, dem::Particles &particles)
+template <int dim, bool periodic>
+void PenaltyConstraint::pull(const Packed<dim> &packed, dem::Particles &particles)
 {
-  const bool periodic = !packing.periodic.isZero(0.);
-  const double *x = particles.position.data(), *u = node_displacement.data();
-  double *f = particles.force.data(), *reaction = node_force.data();
-  for (const Spring<dim> &spring : springs)
+  constexpr int corners = 1 << dim;
+  const double *x = particles.position.data();
+  double *f = particles.force.data();
+  const auto sum = [](const Lanes &v) { return (v[0] + v[1]) + (v[2] + v[3]); };
+  Lanes energy = {};
+  const Springs<dim> *springs = packed.springs.data();
+  for (const Cell<dim> &cell : packed.cells)
   {
-    std::array<double, dim> chi;
+    double u[dim][corners];
+    Lanes reaction[dim][corners] = {};
     for (int c = 0; c < dim; ++c)
+      for (int a = 0; a < corners; ++a)
+        u[c][a] = node_displacement(c, cell.node[a]);
+    for (const Springs<dim> *const end = packed.springs.data() + cell.end; springs < end; ++springs)
     {
-      chi[c] = x[3 * spring.particle + c] - spring.origin[c];
-      for (int a = 0; a < 1 << dim; ++a)
-        chi[c] -= spring.N[a] * u[3 * spring.node[a] + c];
-    }
-    if (periodic)
+      const int *p = springs->particle;
       for (int c = 0; c < dim; ++c)
-        if (packing.periodic[c] > 0.)
-          chi[c] -= packing.periodic[c] * std::round(chi[c] / packing.periodic[c]);
-    for (int c = 0; c < dim; ++c)
-    {
-      const double force = spring.stiffness * chi[c];
-      f[3 * spring.particle + c] -= force;
-      for (int a = 0; a < 1 << dim; ++a)
-        reaction[3 * spring.node[a] + c] += spring.N[a] * force;
-      stored += 0.5 * force * chi[c];
+      {
+        Lanes chi = Lanes{x[3 * p[0] + c], x[3 * p[1] + c], x[3 * p[2] + c], x[3 * p[3] + c]} - springs->origin[c];
+        for (int a = 0; a < corners; ++a)
+          chi -= springs->N[a] * u[c][a];
+        if (periodic && packing.periodic[c] > 0.)
+          for (int l = 0; l < n_lanes; ++l)
+            chi[l] -= packing.periodic[c] * std::round(chi[l] / packing.periodic[c]);
+        const Lanes force = springs->stiffness * chi;
+        for (int l = 0; l < n_lanes; ++l)
+          f[3 * p[l] + c] -= force[l];
+        for (int a = 0; a < corners; ++a)
+          reaction[c][a] += springs->N[a] * force;
+        energy += 0.5 * force * chi;
+      }
     }
+    for (int c = 0; c < dim; ++c)
+      for (int a = 0; a < corners; ++a)
+        node_force(c, cell.node[a]) += sum(reaction[c][a]);
   }
+  stored = sum(energy);
 }
 
 Eigen::VectorXd PenaltyConstraint::springs() const
@@ -114,8 +161,11 @@ void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::
     return;
   if (settings.damping > 0.)
     damping_work.begin(phase, particles, fem);
-  if (links.update(particles, fem))
+  n_local = particles.n;
+  if (const LinkChange change = links.update(particles, fem); change == LinkChange::renewed)
     choose_springs(particles, fem);
+  else if (change == LinkChange::renumbered)
+    packing.dim == 2 ? renumber(springs_2d) : renumber(springs_3d);
 
   fem.read_window(fem::NodalField::displacement, node_displacement);
   node_force.setZero(3, links.n_window());

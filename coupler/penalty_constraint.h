@@ -39,20 +39,42 @@ public:
   int n_particles() const override { return links.n_particles(); }
 
 private:
-  /// What a step needs of a spring, together: in two dimensions not much more than a line of the cache.
+  static constexpr int n_lanes = 4;
+  typedef double Lanes __attribute__((vector_size(n_lanes * sizeof(double))));
+  /// What a step needs of some springs of one cell. Lanes that are left over have no stiffness.
   template <int dim>
-  struct Spring
+  struct Springs
   {
-    std::array<double, dim> origin; ///< stored position of the particle [m]
-    std::array<double, 1 << dim> N; ///< 0 for corners that the point does not need
-    double stiffness;               ///< [N/m]
+    Lanes origin[dim]; ///< stored positions of the particles [m]
+    Lanes N[1 << dim]; ///< 0 for corners that a point does not need
+    Lanes stiffness;   ///< [N/m]
+    int particle[n_lanes];
+    int link[n_lanes];
+  };
+  /// The springs of a cell stand one after the other: its nodes are looked up and pushed once for all of them.
+  template <int dim>
+  struct Cell
+  {
     std::array<int, 1 << dim> node; ///< columns of the window
-    int particle;
+    int end = 0;                    ///< of its springs
   };
   template <int dim>
-  void pack(std::vector<Spring<dim>> &springs) const;
+  struct Packed
+  {
+    std::vector<Cell<dim>> cells;
+    std::vector<Springs<dim>> springs;
+  };
   template <int dim>
-  void pull(const std::vector<Spring<dim>> &springs, dem::Particles &particles);
+  void pack(Packed<dim> &packed) const;
+  template <int dim>
+  void renumber(Packed<dim> &packed) const;
+  template <int dim, bool periodic>
+  void pull(const Packed<dim> &packed, dem::Particles &particles);
+  template <int dim>
+  void pull(const Packed<dim> &packed, dem::Particles &particles)
+  {
+    packing.periodic.isZero(0.) ? pull<dim, false>(packed, particles) : pull<dim, true>(packed, particles);
+  }
 
   void choose_springs(const dem::Particles &particles, fem::FemSide &fem);
   void add_damping(dem::Particles &particles, fem::FemSide &fem);
@@ -60,8 +82,8 @@ private:
   Settings settings;
   const dem::Packing &packing;
   OverlapLinks links;
-  std::vector<Spring<2>> springs_2d; // of the links, one of the two
-  std::vector<Spring<3>> springs_3d;
+  Packed<2> springs_2d; // of the links, one of the two
+  Packed<3> springs_3d;
   std::vector<double> stiffness, viscosity; // of each link
   Eigen::Matrix3Xd node_displacement, node_velocity, node_force;
   int n_local = 0; // particles of this rank

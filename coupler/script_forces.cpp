@@ -80,7 +80,7 @@ public:
   void set_window(const std::vector<int> &) override {}
   void read_window(fem::NodalField, Eigen::Matrix3Xd &) const override {}
   void add_window_forces(const Eigen::Matrix3Xd &) override {}
-  void surface_points(const Vector3d &, const Vector3d &, fem::SurfacePoints &) const override {}
+  void surface_points(const Vector3d &, const Vector3d &, const fem::NearTest &, fem::SurfacePoints &) const override {}
   void add_surface_forces(const Eigen::Matrix3Xd &, fem::SurfaceLoad) override {}
   fem::CellStress cell_stress() const override { return {}; }
   void set_state(const Eigen::Matrix3Xd &, const Eigen::Matrix3Xd &) override {}
@@ -99,7 +99,7 @@ class ToolForce final : public dem::ScriptForce
 {
 public:
   /// The contact with finite elements is not used, so any spacing and density will do there.
-  ToolForce(const Case::Tool &settings, double k_n, MPI_Comm comm) : tool(settings, k_n, 1., 1., comm)
+  ToolForce(const Case::Tool &settings, double k_n, MPI_Comm comm) : tool(settings, 2, k_n, 1., 1., comm)
   {
     if (!tool.present())
       throw InputError("the case has no tool");

@@ -4,6 +4,7 @@
 #include "coupler/activation.h"
 #include "coupler/input_error.h"
 #include "coupler/particle_boundary.h"
+#include "coupler/tool.h"
 #include "dem_side/bond_network.h"
 
 #include <algorithm>
@@ -45,8 +46,8 @@ double with_tool_on_surface(const double step, const Case &settings, const fem::
 {
   if (!settings.tool.present())
     return step;
-  const double k = settings.tool.stiffness_ratio * settings.bond.k_n;
-  return with_spring(step, 2. * k / settings.packing.mean_diameter / (settings.rock.density * smallest_edge(mesh)));
+  const double k = surface_stiffness(settings.tool, mesh.dim, settings.bond.k_n, settings.packing.mean_diameter);
+  return with_spring(step, 2. * k / (settings.rock.density * smallest_edge(mesh)));
 }
 
 /// Cells, the overlap around them, and what is tied to its outside by bonds.

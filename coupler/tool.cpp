@@ -83,7 +83,7 @@ Vector3d ToolContactLaw::force(double gap, const Vector3d &normal, const Vector3
 }
 
 Disc::Disc(const Case::Tool &settings)
-  : radius(settings.radius), path(settings.path, settings.smoothing_time), rolling(settings.rolling)
+  : radius(settings.radius), width(settings.width), path(settings.path, settings.smoothing_time), rolling(settings.rolling)
 {
 }
 
@@ -101,13 +101,20 @@ NearestSurface Disc::nearest(const Vector3d &point) const
 {
   const Vector3d arm(point[0] - centre[0], point[1] - centre[1], 0.);
   const double distance = arm.norm();
-  const Vector3d normal = distance > 0. ? Vector3d(arm / distance) : Vector3d::UnitY();
-  return {distance - radius, normal, velocity + spin * radius * Vector3d(-normal[1], normal[0], 0.)};
+  const Vector3d radial = distance > 0. ? Vector3d(arm / distance) : Vector3d::UnitY();
+  if (width == 0.)
+    return {distance - radius, radial, velocity + spin * radius * Vector3d(-radial[1], radial[0], 0.)};
+  const Vector3d core = std::min(distance, radius - 0.5 * width) * radial; // nearest place of the flat disc inside
+  const Vector3d away = point - centre - core;
+  const double length = away.norm();
+  const Vector3d normal = length > 0. ? Vector3d(away / length) : Vector3d::UnitZ();
+  const Vector3d place = core + 0.5 * width * normal;
+  return {length - 0.5 * width, normal, velocity + spin * Vector3d(-place[1], place[0], 0.)};
 }
 
 Box Disc::bounds(double reach) const
 {
-  const Vector3d half(radius + reach, radius + reach, huge);
+  const Vector3d half(radius + reach, radius + reach, width > 0. ? 0.5 * width + reach : huge);
   return {centre - half, centre + half};
 }
 
@@ -147,10 +154,15 @@ Box Platen::bounds(double reach) const
   return box;
 }
 
-Tool::Tool(const Case::Tool &settings, double k_n, double diameter, double density, MPI_Comm comm)
+double surface_stiffness(const Case::Tool &settings, int dim, double k_n, double spacing)
+{
+  return settings.stiffness_ratio * k_n / (dim == 2 ? spacing : spacing * spacing);
+}
+
+Tool::Tool(const Case::Tool &settings, int dim, double k_n, double spacing, double density, MPI_Comm comm)
   : settings(settings), law{settings.friction}, particle_stiffness(settings.stiffness_ratio * k_n),
-    surface_stiffness(particle_stiffness / diameter),
-    surface_damping(2. * settings.damping * std::sqrt(density * diameter * surface_stiffness)), comm(comm)
+    surface_stiffness(kerf::surface_stiffness(settings, dim, k_n, spacing)),
+    surface_damping(2. * settings.damping * std::sqrt(density * spacing * surface_stiffness)), comm(comm)
 {
   if (settings.kind == Case::ToolKind::disc)
   {
@@ -189,8 +201,8 @@ void Tool::push_particles(const RigidBody &body, dem::Particles &particles, doub
   {
     const double radius = particles.radius[i];
     const auto x = particles.position.col(i);
-    if (x[0] > touchable.upper[0] + radius || x[0] < touchable.lower[0] - radius || x[1] > touchable.upper[1] + radius ||
-        x[1] < touchable.lower[1] - radius)
+    if (x[1] > touchable.upper[1] + radius || x[1] < touchable.lower[1] - radius || x[0] > touchable.upper[0] + radius ||
+        x[0] < touchable.lower[0] - radius || x[2] > touchable.upper[2] + radius || x[2] < touchable.lower[2] - radius)
       continue;
     NearestSurface surface = body.nearest(particles.position.col(i));
     surface.gap -= radius;
@@ -209,7 +221,10 @@ void Tool::push_particles(const RigidBody &body, dem::Particles &particles, doub
 void Tool::push_surface(const RigidBody &body, fem::FemSide &fem, double share)
 {
   const Box box = body.bounds(0.);
-  fem.surface_points(box.lower, box.upper, surface);
+  // A distance changes by no more than one moves: faces of which every point is clear need no points, and a box around a disc
+  // has many of them.
+  const auto near = [&](const Vector3d &centre, double radius) { return body.nearest(centre).gap < radius; };
+  fem.surface_points(box.lower, box.upper, near, surface);
   surface_force.resize(3, surface.position.cols());
   for (int q = 0; q < surface.position.cols(); ++q)
     surface_force.col(q) = contact_force(body.nearest(surface.position.col(q)), surface.velocity.col(q),

@@ -61,7 +61,8 @@ public:
   virtual Box bounds(double reach) const = 0;
 };
 
-/// Disc cutter, its profile in the plane z = 0.
+/// Disc cutter, its axis along z: a flat disc with half of the width around it, so that its rim is round; or a cylinder without
+/// end.
 class Disc : public RigidBody
 {
 public:
@@ -73,6 +74,7 @@ public:
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
   double spin = 0., angle = 0.; ///< about z [rad/s], [rad]
   const double radius;
+  const double width; ///< 0: without end [m]
 
 private:
   ToolPath path;
@@ -95,13 +97,18 @@ public:
   double y, speed = 0.;
 };
 
+/// Stiffness of the contact between tool and surface of the finite elements [N/m^3]: that of particles, one on each spacing
+/// (two dimensions) or spacing^2. @param k_n normal bond stiffness [N/m] (2D: per metre)
+double surface_stiffness(const Case::Tool &settings, int dim, double k_n, double spacing);
+
 /// The tool: one or two rigid bodies in contact with particles and with the surface of the finite elements, each with its own
 /// weight, so that the contact force does not jump when a cell below the tool is converted.
 class Tool
 {
 public:
-  /// @param k_n normal bond stiffness [N/m]; @param diameter mean particle diameter d [m]; @param density of the rock
-  Tool(const Case::Tool &settings, double k_n, double diameter, double density, MPI_Comm comm);
+  /// @param k_n normal bond stiffness [N/m]; @param spacing of the particles, their mean diameter d [m]; @param density of the
+  /// rock
+  Tool(const Case::Tool &settings, int dim, double k_n, double spacing, double density, MPI_Comm comm);
 
   /// Places the tool at @p time [s].
   void move_to(double time);

@@ -253,9 +253,10 @@ void ExplicitSolver<dim>::add_window_forces(const Eigen::Matrix3Xd &forces)
 }
 
 template <int dim>
-void ExplicitSolver<dim>::surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, SurfacePoints &found) const
+void ExplicitSolver<dim>::surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, const NearTest &near,
+                                         SurfacePoints &found) const
 {
-  surface.find_points(displacement.begin(), velocity.begin(), lower, upper, found);
+  surface.find_points(displacement.begin(), velocity.begin(), lower, upper, near, found);
 }
 
 template <int dim>

@@ -39,7 +39,8 @@ public:
   void read_window(NodalField field, Eigen::Matrix3Xd &values) const override;
   void add_window_forces(const Eigen::Matrix3Xd &forces) override;
 
-  void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, SurfacePoints &points) const override;
+  void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, const NearTest &near,
+                      SurfacePoints &points) const override;
   void add_surface_forces(const Eigen::Matrix3Xd &forces, SurfaceLoad source) override;
 
   CellStress cell_stress() const override;

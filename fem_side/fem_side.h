@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 #include <memory>
 #include <mpi.h>
 #include <string>
@@ -197,6 +198,9 @@ enum class SurfaceLoad
   loose ///< particles that have come off the rock
 };
 
+/// Tells whether anything within @p radius of @p centre can matter [m].
+using NearTest = std::function<bool(const Eigen::Vector3d &centre, double radius)>;
+
 struct Energies
 {
   double kinetic = 0.; ///< weighted [J]
@@ -248,8 +252,10 @@ public:
   /// Adds forces [N] to the window nodes; the exact transpose of read_window().
   virtual void add_window_forces(const Eigen::Matrix3Xd &forces) = 0;
 
-  /// Points of the outer boundary that lie in the box [lower, upper] [m] (current positions, whole faces). Not collective.
-  virtual void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, SurfacePoints &points) const = 0;
+  /// Points of the outer boundary that lie in the box [lower, upper] [m] (current positions, whole faces), on faces whose
+  /// enclosing ball is @p near; without a test on all of them. Not collective.
+  virtual void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, const NearTest &near,
+                              SurfacePoints &points) const = 0;
   /// Adds forces [N] at the points of the last surface_points() call. Collective.
   virtual void add_surface_forces(const Eigen::Matrix3Xd &forces, SurfaceLoad source) = 0;
 

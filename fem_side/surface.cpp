@@ -77,7 +77,7 @@ void Surface<dim>::set_weights(const Eigen::VectorXd &alpha)
 
 template <int dim>
 void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Vector3d &lower, const Eigen::Vector3d &upper,
-                               SurfacePoints &points) const
+                               const NearTest &near, SurfacePoints &points) const
 {
   found.clear();
   std::vector<q1::NodalValues<dim - 1, dim>> current;
@@ -91,6 +91,15 @@ void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Ve
     if ((x.rowwise().maxCoeff().array() < lower.template head<dim>().array()).any() ||
         (x.rowwise().minCoeff().array() > upper.template head<dim>().array()).any())
       continue;
+    if (near)
+    {
+      // A multilinear face lies within the hull of its nodes. A little more than the ball: a point on its rim counts.
+      Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+      centre.template head<dim>() = x.rowwise().mean();
+      const double radius = (x.colwise() - centre.template head<dim>()).colwise().norm().maxCoeff();
+      if (!near(centre, (1. + 1e-9) * radius))
+        continue;
+    }
     found.push_back(static_cast<int>(i));
     current.push_back(x);
   }

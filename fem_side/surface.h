@@ -32,10 +32,10 @@ public:
   Surface(const NodalSpace<dim> &space, double spacing);
 
   void set_weights(const Eigen::VectorXd &alpha);
-  /// Points of all weighted faces whose bounding box meets the box [lower, upper] [m], from displacements and velocities with
-  /// up-to-date ghosts. Remembers the points for add_forces().
+  /// Points of all weighted faces whose bounding box meets the box [lower, upper] [m] and whose enclosing ball is near, from
+  /// displacements and velocities with up-to-date ghosts. Remembers the points for add_forces().
   void find_points(const double *u, const double *v, const Eigen::Vector3d &lower, const Eigen::Vector3d &upper,
-                   SurfacePoints &points) const;
+                   const NearTest &near, SurfacePoints &points) const;
   /// Distributes forces [N] at the points of the last find_points() to nodes (owned and ghosts), consistently: the work of a
   /// force on its point equals the work of the nodal forces.
   void add_forces(const Eigen::Matrix3Xd &forces, double *f) const;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <numeric>
 #include <random>
 
 using namespace kerf;
@@ -84,6 +85,44 @@ TEST(PenaltyConstraint, ConservesMomentum)
   for (int a = 0; a < fem.mesh().n_nodes(); ++a)
     moment += Vector3d(fem.mesh().nodes.col(a) + fem.displacement.col(a)).cross(Vector3d(fem.force.col(a)))[2];
   EXPECT_LT(std::abs(moment), 1e-12 * scale);
+}
+
+// Forces belong to particles, wherever these stand in the arrays: sorted otherwise, and with some gone.
+TEST(PenaltyConstraint, FollowsParticlesThroughTheArrays)
+{
+  const int n = 101; // not a multiple of anything that is done at once
+  const Eigen::Matrix3Xd reference = scattered_points(n);
+  test::DummyFemSide fem(4, 3, h, 2.);
+  Eigen::Matrix3Xd moved = reference + 0.01 * Eigen::Matrix3Xd::Random(3, n);
+  moved.row(2).setZero();
+  const dem::Packing packing = packing_at(reference);
+  PenaltyConstraint constraint(mass_scaled(), packing);
+  constraint.set_particles(all_of(n));
+  test::DummyParticles before(moved);
+  apply(constraint, before, fem);
+  ASSERT_GT(before.f.norm(), 0.);
+  const Eigen::Matrix3Xd reaction = fem.force;
+
+  std::vector<int> order(n);
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), std::mt19937(3));
+  for (const int left : {n, n - 10})
+  {
+    order.resize(left);
+    test::DummyParticles after(Eigen::Matrix3Xd(moved(Eigen::all, order)));
+    after.index = order;
+    dem::Particles view = after.view();
+    view.order = 1 + n - left;
+    fem.compute_forces();
+    constraint.apply(dem::Phase::step, view, fem);
+    if (left == n)
+    {
+      EXPECT_LT((after.f - before.f(Eigen::all, order)).norm(), 1e-13 * before.f.norm());
+      EXPECT_LT((fem.force - reaction).norm(), 1e-13 * reaction.norm());
+    }
+    EXPECT_LT((after.f.rowwise().sum() + fem.force.rowwise().sum()).norm(), 1e-12 * after.f.norm());
+    EXPECT_GT((after.f.colwise().norm().array() > 0.).count(), left - 5);
+  }
 }
 
 // A linear field (uniform strain, rotation, translation) is carried exactly by bilinear shape functions: no force at all.

@@ -44,7 +44,7 @@ TEST(Tool, PlatensPressFromBothSides)
   settings.stiffness_ratio = 2.;
   settings.friction = 0.;
   settings.damping = 0.;
-  Tool tool(settings, 1e4, 1., 1000., MPI_COMM_WORLD);
+  Tool tool(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
   Eigen::Matrix3Xd x(3, 2);
   x << 0., 5., 0.5, 3.5, 0., 0.; // radius 0.5: touching at the start
   test::DummyParticles particles(x);

@@ -55,7 +55,7 @@ TEST(Tool, ContactWithOneParticle)
   settings.friction = 0.5;
   settings.damping = 0.1;
   settings.rolling = true;
-  Tool tool(settings, 1e4, 1., 1000., MPI_COMM_WORLD);
+  Tool tool(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
   tool.move_to(0.);
   Eigen::Matrix3Xd x = Eigen::Matrix3Xd::Zero(3, 1);
   test::DummyParticles particles(x);
@@ -68,6 +68,111 @@ TEST(Tool, ContactWithOneParticle)
   EXPECT_NEAR(particles.f(0, 0), 0., 1e-9); // v_x + spin R = 0 at the lowest point
   EXPECT_NEAR(tool.total(tool.local_load()).force[1], particles.f(1, 0), 1e-9);
   EXPECT_NEAR(tool.local_load().power, 0., 1e-9);
+}
+
+namespace
+{
+Case::Tool rolling_disc(double width)
+{
+  Case::Tool settings;
+  settings.radius = 2.;
+  settings.width = width;
+  settings.path = {{0., Vector3d(0., 2.45, 0.7)}, {1., Vector3d(3., 2.45, 0.7)}};
+  settings.smoothing_time = 0.;
+  settings.rolling = true;
+  return settings;
+}
+} // namespace
+
+// On the rim, on a flat side and on the half circle between them, outside and inside.
+TEST(Disc, NearestPlaceOfARoundRim)
+{
+  Disc disc(rolling_disc(0.8));
+  disc.move_to(0.5);
+  const Vector3d centre(1.5, 2.45, 0.7);
+  const Vector3d radial(0.6, -0.8, 0.), axial = Vector3d::UnitZ(), between = 0.8 * radial + 0.6 * axial;
+  for (const double gap : {-0.1, 0.3})
+  {
+    const NearestSurface rim = disc.nearest(centre + (2. + gap) * radial);
+    EXPECT_NEAR(rim.gap, gap, 1e-14);
+    EXPECT_LT((rim.normal - radial).norm(), 1e-14);
+    const NearestSurface side = disc.nearest(centre + 1.2 * radial - (0.4 + gap) * axial);
+    EXPECT_NEAR(side.gap, gap, 1e-14);
+    EXPECT_LT((side.normal + axial).norm(), 1e-14);
+    const NearestSurface edge = disc.nearest(centre + 1.6 * radial + (0.4 + gap) * between);
+    EXPECT_NEAR(edge.gap, gap, 1e-14);
+    EXPECT_LT((edge.normal - between).norm(), 1e-14);
+    // Rolling to the right turns clockwise: v = v_c + spin x arm, spin = -3/2.
+    const Vector3d arm = 1.6 * radial + 0.4 * between;
+    EXPECT_LT((edge.velocity - Vector3d(3., 0., 0.) - Vector3d(1.5 * arm[1], -1.5 * arm[0], 0.)).norm(), 1e-14);
+  }
+  EXPECT_LT(disc.nearest(centre - 2. * Vector3d::UnitY()).velocity.norm(), 1e-14);
+}
+
+// The search for contacts relies on it: the gap is a distance, it changes by no more than the point moves, and the normal is
+// its gradient; the box holds what is nearer than its reach.
+TEST(Disc, GapIsADistance)
+{
+  for (const double width : {0., 0.8})
+  {
+    Disc disc(rolling_disc(width));
+    disc.move_to(0.);
+    const double step = 1e-6;
+    const Box box = disc.bounds(0.25);
+    Vector3d before = disc.centre;
+    for (int k = 1; k < 400; ++k)
+    {
+      const Vector3d point = disc.centre + Vector3d(2.6 * std::sin(1.3 * k), 2.6 * std::sin(2.1 * k), 0.9 * std::sin(3.7 * k));
+      const NearestSurface there = disc.nearest(point);
+      EXPECT_LE(std::abs(there.gap - disc.nearest(before).gap), (1. + 1e-14) * (point - before).norm());
+      const bool inside = ((point - box.lower).array() > 0.).all() && ((box.upper - point).array() > 0.).all();
+      EXPECT_TRUE(inside || there.gap > 0.25);
+      Vector3d slope;
+      for (int c = 0; c < 3; ++c)
+        slope[c] = (disc.nearest(point + step * Vector3d::Unit(c)).gap - disc.nearest(point - step * Vector3d::Unit(c)).gap) /
+                   (2. * step);
+      EXPECT_LT((slope - there.normal).norm(), 1e-4) << point.transpose(); // curvature 1/(distance from the flat disc)
+      before = point;
+    }
+  }
+}
+
+// The surface of the finite elements pushes back like particles d apart: one on each length d in the plane, on each d^2 in
+// space.
+TEST(Tool, SurfaceIsAsStiffAsParticles)
+{
+  class WithPoint : public test::DummyFemSide
+  {
+  public:
+    WithPoint() : DummyFemSide(1, 1, 1., 1.) {}
+    void surface_points(const Vector3d &, const Vector3d &, const fem::NearTest &near,
+                        fem::SurfacePoints &points) const override
+    {
+      EXPECT_TRUE(near(place, 0.));
+      EXPECT_FALSE(near(Vector3d(0., -0.5, 0.7), 0.9)); // 0.05 away
+      points.position = place;
+      points.velocity = Vector3d::Zero();
+      points.area = Eigen::VectorXd::Constant(1, 0.02);
+    }
+    void add_surface_forces(const Eigen::Matrix3Xd &forces, fem::SurfaceLoad) override { pushed = forces.col(0); }
+    const Vector3d place = Vector3d(0., 0.46, 0.7); // 0.01 inside
+    Vector3d pushed = Vector3d::Zero();
+  };
+  Case::Tool settings = rolling_disc(0.8);
+  settings.stiffness_ratio = 2.;
+  const double d = 0.1, k_n = 1e4;
+  Eigen::Matrix3Xd nothing(3, 0);
+  test::DummyParticles none(nothing);
+  for (const int dim : {2, 3})
+  {
+    Tool tool(settings, dim, k_n, d, 1000., MPI_COMM_WORLD);
+    WithPoint fem;
+    dem::Particles view = none.view();
+    tool.apply(view, fem);
+    const double expected = 2. * k_n / std::pow(d, dim - 1) * 0.02 * 0.01;
+    EXPECT_LT((fem.pushed + expected * Vector3d::UnitY()).norm(), 1e-12 * expected);
+    EXPECT_NEAR(tool.local_load().force[1], -expected, 1e-12 * expected);
+  }
 }
 
 TEST(Tool, ClearanceOfTheDisc)

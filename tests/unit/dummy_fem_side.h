@@ -80,7 +80,8 @@ public:
       force.col(window[k]) += forces.col(static_cast<Eigen::Index>(k));
   }
 
-  void surface_points(const Eigen::Vector3d &, const Eigen::Vector3d &, fem::SurfacePoints &points) const override
+  void surface_points(const Eigen::Vector3d &, const Eigen::Vector3d &, const fem::NearTest &,
+                      fem::SurfacePoints &points) const override
   {
     points.position.resize(3, 0);
     points.velocity.resize(3, 0);

@@ -84,12 +84,12 @@ TEST_F(FemExchange, SurfacePointsCoverTheWeightedBoundary)
 {
   const Eigen::Vector3d far = Eigen::Vector3d::Constant(10.);
   SurfacePoints points;
-  side->surface_points(-far, far, points);
+  side->surface_points(-far, far, {}, points);
   EXPECT_NEAR(global_sum(points.area.sum()), 2. * (0.8 + 0.5), 1e-13);
 
   const auto &X = side->quadrature_points();
   side->set_weights(((X.row(0).array() < 0.4).cast<double>() * 0.5).transpose());
-  side->surface_points(-far, far, points);
+  side->surface_points(-far, far, {}, points);
   EXPECT_NEAR(global_sum(points.area.sum()), 0.5 * (2. * 0.4 + 0.5), 1e-13);
   // Left half only, wherever the noise has moved it.
   for (int i = 0; i < points.position.cols(); ++i)
@@ -104,7 +104,7 @@ TEST_F(FemExchange, SurfacePointsAreCurrentAndFiltered)
   side->compute_forces();
   SurfacePoints points;
   // A box about the middle of the moved top edge, well inside one face: the whole face is given.
-  side->surface_points({5.34, 0.49, -1.}, {5.36, 0.6, 1.}, points);
+  side->surface_points({5.34, 0.49, -1.}, {5.36, 0.6, 1.}, {}, points);
   EXPECT_EQ(global_sum(points.position.cols()), 2.);
   for (int i = 0; i < points.position.cols(); ++i)
   {
@@ -112,8 +112,24 @@ TEST_F(FemExchange, SurfacePointsAreCurrentAndFiltered)
     EXPECT_NEAR(points.position(1, i), 0.5, 1e-12);
     EXPECT_NEAR(points.area[i], 0.05, 1e-14);
   }
-  side->surface_points({0., 0., -1.}, {4.9, 1., 1.}, points);
+  side->surface_points({0., 0., -1.}, {4.9, 1., 1.}, {}, points);
   EXPECT_EQ(points.position.cols(), 0);
+}
+
+// A search for what is nearer than 0.08 to a place finds all of it, and not the whole boundary.
+TEST_F(FemExchange, SurfacePointsNearAPlace)
+{
+  const Eigen::Vector3d far = Eigen::Vector3d::Constant(10.), place(0.33, 0.47, 0.);
+  const double reach = 0.08;
+  const auto count = [&](const SurfacePoints &points)
+  { return global_sum(((points.position.colwise() - place).colwise().norm().array() < reach).count()); };
+  SurfacePoints all, some;
+  side->surface_points(-far, far, {}, all);
+  side->surface_points(
+    -far, far, [&](const Eigen::Vector3d &centre, double radius) { return (centre - place).norm() < radius + reach; }, some);
+  EXPECT_GT(count(some), 0.);
+  EXPECT_EQ(count(some), count(all));
+  EXPECT_LT(global_sum(some.position.cols()), 0.3 * global_sum(all.position.cols()));
 }
 
 // Consistent distribution: power of point forces equals power of nodal forces, total force is kept.
@@ -121,7 +137,7 @@ TEST_F(FemExchange, SurfaceForcesKeepForceAndPower)
 {
   const Eigen::Matrix3Xd before = side->gather(NodalField::force);
   SurfacePoints points;
-  side->surface_points({-1., 0.4, -1.}, {1., 1., 1.}, points);
+  side->surface_points({-1., 0.4, -1.}, {1., 1., 1.}, {}, points);
   EXPECT_GE(global_sum(points.position.cols()), 20.); // 8 faces on top and two at least beside it
   const Eigen::Matrix3Xd push = noise_field(static_cast<int>(points.position.cols()), 1e7, 200 + this_rank());
   side->add_surface_forces(push, SurfaceLoad::tool);

@@ -65,7 +65,7 @@ public:
       side->read_window(NodalField::velocity, v);
       side->add_window_forces(-10. * v);
       SurfacePoints points;
-      side->surface_points({0.2, 0.45, -1.}, {0.5, 0.55, 1.}, points);
+      side->surface_points({0.2, 0.45, -1.}, {0.5, 0.55, 1.}, {}, points);
       Eigen::Matrix3Xd load = Eigen::Matrix3Xd::Zero(3, points.area.size());
       load.row(1) = -1e6 * points.area.transpose();
       side->add_surface_forces(load, SurfaceLoad::tool);
