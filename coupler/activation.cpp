@@ -32,15 +32,15 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
   std::vector<int> flagged;
   for (std::size_t k = 0; k < stress.cell.size(); ++k)
   {
-    const double measure =
-      stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength);
-    if (!std::isfinite(measure))
+    if (!stress.sigma.col(k).allFinite())
       throw UnstableRun("the finite elements became unstable: stress of cell " + std::to_string(stress.cell[k]) +
                         " is not finite");
     const double distance = overlap.distance_of_cell(stress.cell[k]);
     // A cell deep in the overlap waits one event, unless it is a new nucleus away from all particles.
     const bool in_reach = distance <= 0.5 * overlap.width() || distance >= overlap.width();
-    if (!overlap.is_converted(stress.cell[k]) && measure > settings.sigma_star && in_reach)
+    if (!overlap.is_converted(stress.cell[k]) && in_reach &&
+        stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength) >
+          settings.sigma_star)
       flagged.push_back(stress.cell[k]);
   }
   std::vector<int> cells = gather_all(flagged, MPI_INT, comm);

@@ -3,10 +3,30 @@
 
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace kerf
 {
+namespace
+{
+/// Smallest and largest principal stress.
+std::array<double, 2> principal_range(const Eigen::Matrix<double, 6, 1> &sigma)
+{
+  if (sigma[3] == 0. && sigma[4] == 0.) // in the plane in closed form: checked for every cell every few steps
+  {
+    const double middle = 0.5 * (sigma[0] + sigma[1]), radius = std::hypot(0.5 * (sigma[0] - sigma[1]), sigma[5]);
+    return {std::min(middle - radius, sigma[2]), std::max(middle + radius, sigma[2])};
+  }
+  Eigen::Matrix3d tensor;
+  tensor << sigma[0], sigma[5], sigma[4], sigma[5], sigma[1], sigma[3], sigma[4], sigma[3], sigma[2];
+  // Not computeDirect(): its closed form is good to half the digits only.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(tensor, Eigen::EigenvaluesOnly);
+  return {solver.eigenvalues()[0], solver.eigenvalues()[2]};
+}
+} // namespace
+
 double stress_measure(Criterion criterion, const Eigen::Matrix<double, 6, 1> &sigma, double tensile_strength,
                       double compressive_strength)
 {
@@ -21,11 +41,7 @@ double stress_measure(Criterion criterion, const Eigen::Matrix<double, 6, 1> &si
     const double von_mises = stress_measure(Criterion::von_mises, sigma, 0., 0.); // sqrt(3 J_2)
     return 0.5 * ((1. + ratio) * von_mises + (1. - ratio) * sigma.head<3>().sum());
   }
-  Eigen::Matrix3d tensor;
-  tensor << sigma[0], sigma[5], sigma[4], sigma[5], sigma[1], sigma[3], sigma[4], sigma[3], sigma[2];
-  // Not computeDirect(): its closed form is good to half the digits only.
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(tensor, Eigen::EigenvaluesOnly);
-  const double largest = solver.eigenvalues()[2], smallest = solver.eigenvalues()[0];
+  const auto [smallest, largest] = principal_range(sigma);
   if (criterion == Criterion::maximum_principal)
     return largest;
   return largest - smallest * tensile_strength / compressive_strength;
