@@ -61,10 +61,30 @@ with tempfile.TemporaryDirectory() as work:
             check("adaptive converts cells", one["converted_cells"][-1] > 0, one["converted_cells"][-1])
             check("adaptive breaks bonds", one["broken_bonds"][-1] > 0, one["broken_bonds"][-1])
             check("adaptive has an overlap", one["overlap_particles"][-1] > 0)
+            # Cells below a moving tool are converted: the balance closes.
+            missing = max(abs(value) for value in one["energy_residual"])
+            check("activation below the tool keeps the balance", missing < 0.005 * one["work_tool"][-1],
+                  f"{missing:.3g} of {one['work_tool'][-1]:.3g} J")
         if mode == "fem":
             check("fem has no particles", max(one["active_particles"]) == 0)
         if mode == "dem":
             check("dem has all particles", one["overlap_particles"][0] == 0 and one["active_particles"][0] > 1000)
+
+    # Cells below the tool become particles while it presses: from then on, until ten bonds have broken, the force is that of
+    # particles alone. The surface of particles is rough, the tool meets one after the other: a tenth.
+    adaptive, particles = (run(mode, os.path.join(work, "fine_" + mode), 1, "--set", "Output/Snapshots=1", "--set",
+                               "Output/History interval=10", "--set", "Time/End time=4e-5") for mode in ("adaptive", "dem"))
+    rows = [row for row in range(1, len(adaptive["step"]))
+            if adaptive["converted_cells"][row - 1] > 0 and adaptive["broken_bonds"][row] < 10]
+
+    def force_at(history, time):
+        last = next(row for row, t in enumerate(history["time"]) if t >= time)
+        share = (history["time"][last] - time) / (history["time"][last] - history["time"][last - 1])
+        return (1. - share) * history["tool_force_y"][last] + share * history["tool_force_y"][last - 1]
+
+    pairs = [(adaptive["tool_force_y"][row], force_at(particles, adaptive["time"][row])) for row in rows]
+    off = sum(abs(one - other) for one, other in pairs) / max(1., sum(other for _, other in pairs))
+    check("the force goes on below converted cells", len(rows) > 5 and off < 0.1, f"{off:.3f} over {len(rows)} rows")
 
     # Outputs must not change the state: other snapshot and history intervals, same forces where rows coincide.
     sparse = run("adaptive", os.path.join(work, "sparse"), 1, "--set", "Output/Snapshots=1", "--set", "Output/History interval=100")  # the last one counts
