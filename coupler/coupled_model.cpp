@@ -181,7 +181,11 @@ void CoupledModel::convert(const std::vector<int> &cells)
     fresh.push_back(particle.index);
   std::vector<int> settling = fresh;
   settling.insert(settling.end(), reweighted.begin(), reweighted.end());
-  const Accelerations accelerations = project_accelerations(fem_side, packing, settling, comm);
+  Accelerations accelerations = project_accelerations(fem_side, packing, settling, comm);
+  for (auto &[index, acceleration] : accelerations) // not of what a boundary holds
+    for (int c = 0; c < 3; ++c)
+      if (boundary.role(index).held || boundary.role(index).blocked[c])
+        acceleration[c] = 0.;
 
   fem_side.set_weights(regions.fe_weights());
   dem_side->insert(particles);
