@@ -35,8 +35,8 @@ CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, c
     activation(settings, fem.mesh(), comm), boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
     loads(settings, fem.mesh(), packing), constraint(make_constraint(settings, packing, dt, comm)),
     watch(settings, packing, comm),
-    cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm), tool_work(dt, comm),
-    boundary_work(dt, comm), absorbing_work(dt, comm)
+    cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm),
+    tool_work(dt, comm), boundary_work(dt, comm), absorbing_work(dt, comm)
 {
 }
 

@@ -282,7 +282,8 @@ int export_case(const RunOptions &options, MPI_Comm comm)
   std::ofstream echo(directory + "/case.prm");
   write_used_parameters(options.case_directory, options.overrides, echo);
   const ParticleBoundary boundary(scene.fem->mesh(), settings.rock, settings.boundary_conditions, scene.packing);
-  const Tool tool(scene.settings.tool, scene.packing.dim, scene.settings.bond.k_n, scene.packing.mean_diameter, settings.rock.density, comm);
+  const Tool tool(scene.settings.tool, scene.packing.dim, scene.settings.bond.k_n, scene.packing.mean_diameter,
+                  settings.rock.density, comm);
   write_script({scene.settings, scene.packing, boundary, particle_settings(scene.settings, scene.packing, scene.dt, comm),
                 std::max<std::int64_t>(1, std::llround(std::ceil(settings.end_time / scene.dt - 1e-9))),
                 tool.present() ? "." : ""},
