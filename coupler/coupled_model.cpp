@@ -148,7 +148,8 @@ void CoupledModel::convert(const std::vector<int> &cells)
     reweighted.push_back(particle.index);
   regions.convert(cells);
   // Project while the finite elements still carry the field everywhere.
-  const std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_active(), comm);
+  std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_active(), comm);
+  constraint->place(particles, fem_side);
   event.particles = static_cast<int>(particles.size());
 
   fem_side.set_weights(regions.fe_weights());
