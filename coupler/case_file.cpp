@@ -452,6 +452,14 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
     reader.text("Coupling", "Weight function"),
     {{"linear", WeightFunction::linear}, {"cubic", WeightFunction::cubic}, {"constant", WeightFunction::constant}});
   result.penalty_ratio = reader.number("Coupling", "Penalty ratio");
+  result.corrector = reader.text("Coupling", "Corrector") == "weak";
+  if (result.corrector && result.constraint != ConstraintMethod::penalty &&
+      result.constraint != ConstraintMethod::penalty_mass_scaled)
+    reader.fail("Coupling", "Corrector", "is for the methods penalty and penalty_mass_scaled, multipliers need none");
+  if (result.corrector && dim == 3)
+    reader.fail("Coupling", "Corrector", "is for two dimensions");
+  if (result.corrector && result.interface_damping > 0.)
+    reader.fail("Coupling", "Corrector", "has no interface damping, set Coupling/Interface damping = 0");
 
   result.criterion =
     choose<Criterion>(reader.text("Adaptivity", "Criterion"), {{"maximum_principal", Criterion::maximum_principal},

@@ -89,6 +89,7 @@ struct Case
   WeightFunction weight_function = WeightFunction::linear;
   double overlap_width = 0.;          ///< [m]
   double penalty_ratio = 0.;          ///< beta (mass scaled), k_DF/k_n (constant) or kappa (diagonal multipliers)
+  bool corrector = false;             ///< the penalties leave a packing its fluctuations
   double interface_damping = 0.;      ///< xi of the penalties
   double fluctuation_relaxation = 0.; ///< rho of the multipliers
   double energy_tolerance = 0.;       ///< of the balance, share of the work done; 0: no bound

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/corrected_penalty.h"
 #include "coupler/diagonal_constraint.h"
 #include "coupler/multiplier_constraint.h"
 #include "coupler/penalty_constraint.h"
@@ -28,6 +29,9 @@ std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Pac
     return std::make_unique<DiagonalConstraint>(DiagonalConstraint::Settings{comm, dt, settings.penalty_ratio}, packing);
   PenaltyConstraint::Settings penalty = penalty_settings(settings, dt);
   penalty.comm = comm;
+  if (settings.corrector)
+    return std::make_unique<CorrectedPenalty>(CorrectedPenalty::Settings{penalty, settings.bond.k_n, settings.bond.k_t},
+                                              packing);
   return std::make_unique<PenaltyConstraint>(penalty, packing);
 }
 } // namespace kerf

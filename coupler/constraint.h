@@ -36,6 +36,9 @@ public:
   /// After every activation: the constrained particles of the whole model (same list on every rank).
   virtual void set_particles(const std::vector<TiedParticle> &particles) = 0;
 
+  /// Moves new particles from the smooth field of the finite elements to where the constraint wants them. Collective.
+  virtual void place(std::vector<dem::NewParticle> &, const fem::FemSide &) {}
+
   /// Adds the forces for the present positions, after all other forces of both sides. Collective.
   virtual void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) = 0;
 

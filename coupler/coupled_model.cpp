@@ -174,7 +174,8 @@ void CoupledModel::convert(const std::vector<int> &cells)
     reweighted.push_back(particle.index);
   regions.convert(cells);
   // Project while the finite elements still carry the field everywhere.
-  const std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_taken(), comm);
+  std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_taken(), comm);
+  constraint->place(particles, fem_side);
   event.particles = static_cast<int>(particles.size());
   std::vector<int> fresh;
   for (const dem::NewParticle &particle : particles)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/coupled_operator.h"
 
+#include "coupler/corrected_penalty.h"
 #include "coupler/gather.h"
 #include "coupler/multiplier_constraint.h"
 #include "coupler/noise.h"
@@ -22,7 +23,7 @@ bool contains(const Box &box, const Eigen::Vector3d &point)
 
 CoupledOperator::CoupledOperator(const Case &settings, const fem::FemSide &fem, const dem::Packing &packing,
                                  const Overlap &overlap, const std::vector<TiedParticle> &tied, const std::vector<char> &active,
-                                 const Box &part, MPI_Comm comm)
+                                 const Box &part, MPI_Comm comm, const Corrector *corrector)
   : settings(settings), dim(packing.dim)
 {
   add_cells(fem, part, comm);
@@ -42,6 +43,8 @@ CoupledOperator::CoupledOperator(const Case &settings, const fem::FemSide &fem, 
       inverse_root_mass[dim * p + c] = std::sqrt(inverse_node_mass(c, nodes[p]));
   inverse_root_mass.tail(network->n_dofs()) = network->masses().cwiseSqrt().cwiseInverse();
   add_ties(fem, packing, overlap, tied);
+  if (corrector)
+    correct_ties(fem, tied, *corrector);
   remove_masses_of_held(tied);
   if (settings.constraint == ConstraintMethod::multipliers)
     build_multipliers();
@@ -150,6 +153,56 @@ void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &pack
   }
 }
 
+/// Gives the ties their whole rows and the masses that go with them.
+void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<TiedParticle> &tied, const Corrector &corrector)
+{
+  const Eigen::VectorXd node_mass = fem.gather(fem::NodalField::mass).row(0);
+  std::vector<int> indices;
+  for (const TiedParticle &particle : tied)
+    indices.push_back(particle.index);
+  const std::vector<Corrector::Row> rows = corrector.rows(indices, node_mass);
+  const std::vector<double> others = inverse_masses_of_nodes(rows, tied, node_mass);
+  std::vector<Tie> whole;
+  for (const Tie &known : ties)
+  {
+    const int index = particles[(known.particle - first_particle_dof) / network->per_particle()];
+    const std::size_t k = std::lower_bound(indices.begin(), indices.end(), index) - indices.begin();
+    Tie tie = known;
+    bool inside = others[k] >= 0.;
+    for (std::size_t b = 0; b < rows[k].node.size() && inside; ++b)
+    {
+      const auto node = node_place.find(rows[k].node[b]);
+      inside = node != node_place.end();
+      if (inside)
+        tie.row.emplace_back(dim * node->second, rows[k].P[b].topRows<2>());
+    }
+    tie.mu = 1. / (1. / tie.mass + others[k]);
+    if (inside)
+      whole.push_back(tie);
+  }
+  ties = std::move(whole);
+}
+
+Eigen::Vector3d CoupledOperator::gap(const Tie &tie, const Eigen::VectorXd &x) const
+{
+  Eigen::Vector3d chi = Eigen::Vector3d::Zero();
+  chi.head(dim) = x.segment(tie.particle, dim);
+  for (const auto &[node, P] : tie.row)
+    chi.head<2>() -= P * x.segment<2>(node);
+  for (int a = 0; a < tie.n && tie.row.empty(); ++a)
+    chi.head(dim) -= tie.N[a] * x.segment(tie.node[a], dim);
+  return chi;
+}
+
+void CoupledOperator::pull(const Tie &tie, const Eigen::Vector3d &value, Eigen::VectorXd &force) const
+{
+  force.segment(tie.particle, dim) += value.head(dim);
+  for (const auto &[node, P] : tie.row)
+    force.segment<2>(node) -= P.transpose() * value.head<2>();
+  for (int a = 0; a < tie.n && tie.row.empty(); ++a)
+    force.segment(tie.node[a], dim) -= tie.N[a] * value.head(dim);
+}
+
 void CoupledOperator::remove_masses_of_held(const std::vector<TiedParticle> &tied)
 {
   for (const TiedParticle &particle : tied)
@@ -240,13 +293,7 @@ void CoupledOperator::apply(double dt, const Eigen::VectorXd &y, Eigen::VectorXd
     const double coefficient = tie_coefficient(tie, dt);
     if (coefficient == 0.)
       continue;
-    Eigen::Vector3d chi = Eigen::Vector3d::Zero();
-    chi.head(dim) = x.segment(tie.particle, dim);
-    for (int a = 0; a < tie.n; ++a)
-      chi.head(dim) -= tie.N[a] * x.segment(tie.node[a], dim);
-    force.segment(tie.particle, dim) += coefficient * chi.head(dim);
-    for (int a = 0; a < tie.n; ++a)
-      force.segment(tie.node[a], dim) -= tie.N[a] * coefficient * chi.head(dim);
+    pull(tie, coefficient * gap(tie, x), force);
   }
   result = inverse_root_mass.cwiseProduct(force);
   project(result);
@@ -314,10 +361,7 @@ CoupledOperator::Quotient CoupledOperator::quotient(const Eigen::VectorXd &y, do
   result.square = x.dot(force) / y.squaredNorm();
   for (const Tie &tie : ties)
   {
-    Eigen::Vector3d chi = Eigen::Vector3d::Zero();
-    chi.head(dim) = x.segment(tie.particle, dim);
-    for (int a = 0; a < tie.n; ++a)
-      chi.head(dim) -= tie.N[a] * x.segment(tie.node[a], dim);
+    const Eigen::Vector3d chi = gap(tie, x);
     double value[3];
     // Three steps give the three coefficients, exactly, because every term is one of the powers.
     for (int s = 0; s < 3; ++s)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/corrector.h"
 #include "coupler/lanczos.h"
 #include "coupler/multiplier_equations.h"
 #include "coupler/overlap.h"
@@ -20,9 +21,11 @@ namespace kerf
 class CoupledOperator
 {
 public:
-  /// @param tied and @param active as in the run, by index in the packing. Collective.
+  /// @param tied and @param active as in the run, by index in the packing. @param corrector of the penalties, if any.
+  /// Collective.
   CoupledOperator(const Case &settings, const fem::FemSide &fem, const dem::Packing &packing, const Overlap &overlap,
-                  const std::vector<TiedParticle> &tied, const std::vector<char> &active, const Box &part, MPI_Comm comm);
+                  const std::vector<TiedParticle> &tied, const std::vector<char> &active, const Box &part, MPI_Comm comm,
+                  const Corrector *corrector = nullptr);
 
   int n_dofs() const { return static_cast<int>(inverse_root_mass.size()); }
 
@@ -41,10 +44,13 @@ private:
     int n = 0;
     std::array<int, 8> node; ///< first degrees of freedom
     std::array<double, 8> N;
-    double share = 1., mass = 0., mu = 0.; ///< [-], [kg], [kg]
-    double measure = 0.;                   ///< c of the multipliers
-    double weight = 0.;                    ///< of the particle
+    double share = 1., mass = 0., mu = 0.;            ///< [-], [kg], [kg]
+    double measure = 0.;                              ///< c of the multipliers
+    double weight = 0.;                               ///< of the particle
+    std::vector<std::pair<int, Eigen::Matrix2d>> row; ///< in place of N with a corrector: first degrees of freedom, P
   };
+  Eigen::Vector3d gap(const Tie &tie, const Eigen::VectorXd &x) const;
+  void pull(const Tie &tie, const Eigen::Vector3d &value, Eigen::VectorXd &force) const;
   struct Cell
   {
     std::vector<int> dof; ///< first one of each node
@@ -60,6 +66,7 @@ private:
   void add_cells(const fem::FemSide &fem, const Box &part, MPI_Comm comm);
   void add_ties(const fem::FemSide &fem, const dem::Packing &packing, const Overlap &overlap,
                 const std::vector<TiedParticle> &tied);
+  void correct_ties(const fem::FemSide &fem, const std::vector<TiedParticle> &tied, const Corrector &corrector);
   void build_multipliers();
   void remove_masses_of_held(const std::vector<TiedParticle> &tied);
   double tie_coefficient(const Tie &tie, double dt) const;

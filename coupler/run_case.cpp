@@ -126,6 +126,7 @@ private:
       if (mode == Mode::adaptive)
         chunk = std::min(chunk, steps_to(model->step(), scene.settings.check_interval));
       model->advance(static_cast<int>(std::min<std::int64_t>(chunk, 500)));
+      report_leavers();
 
       if (mode == Mode::adaptive && model->step() % scene.settings.check_interval == 0)
         report_events(model->adapt());
@@ -164,6 +165,20 @@ private:
          << (event.cells < 0 ? " particles put back" : " particles activated") << "; mass " << event.before.mass << " -> "
          << event.after.mass << " kg, momentum (" << event.before.momentum.head<2>().transpose() << ") -> ("
          << event.after.momentum.head<2>().transpose() << ") N s";
+    console.note(text.str());
+  }
+
+  /// Particles that leave the domain are gone for the run, but not silently.
+  void report_leavers()
+  {
+    const std::vector<int> &left = model->dem().left_domain();
+    if (left.size() == n_left)
+      return;
+    std::ostringstream text;
+    text << std::setprecision(4) << "t = " << 1e3 * model->time() << " ms: left the domain: particles";
+    for (std::size_t k = n_left; k < left.size(); ++k)
+      text << ' ' << left[k];
+    n_left = left.size();
     console.note(text.str());
   }
 
@@ -245,9 +260,9 @@ private:
                     100. * seconds / std::max(sum, 1e-12), 1e6 * seconds / steps);
       text << line;
     }
-    text << "particles " << model->dem().n_active() << " active, " << model->dem().n_left_domain() << " left the domain; bonds "
-         << model->dem().n_bonds_intact() << " intact, " << model->dem().n_bonds_broken() << " broken; cells converted "
-         << model->overlap().n_converted();
+    text << "particles " << model->dem().n_active() << " active, " << model->dem().left_domain().size()
+         << " left the domain; bonds " << model->dem().n_bonds_intact() << " intact, " << model->dem().n_bonds_broken()
+         << " broken; cells converted " << model->overlap().n_converted();
     if (gauge)
       text << '\n' << specimen_text(scene.settings, record.result(scene.settings.dim()));
     const EnergyLedger energy = model->energies();
@@ -272,6 +287,7 @@ private:
   std::int64_t n_steps = 0, snapshot_interval = 1;
   EnergyLedger last_energy; // of the last row
   double started = 0., turnover = 0.;
+  std::size_t n_left = 0; // particles that left the domain so far
   int interrupted = 0;
 };
 } // namespace

@@ -67,7 +67,8 @@ Box surroundings(const fem::Mesh &mesh, const std::vector<int> &cells, double re
 
 double reach_around(const Case &settings, const Overlap &overlap)
 {
-  return overlap.width() + settings.mesh.cell_size + 2. * settings.packing.mean_diameter;
+  const double cells = settings.corrector ? 2. : 1.; // strains around a node look a cell farther
+  return overlap.width() + cells * settings.mesh.cell_size + 2. * settings.packing.mean_diameter;
 }
 
 std::vector<char> particles_of(const Overlap &overlap, int n)
@@ -85,9 +86,11 @@ double limit_of_fixed_overlap(const Case &settings, fem::FemSide &fem, const dem
   overlap.convert(cells);
   fem.set_weights(overlap.fe_weights());
   const ParticleBoundary boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing);
+  const auto corrector =
+    settings.corrector ? std::make_unique<Corrector>(packing, settings.bond.k_n, settings.bond.k_t, fem) : nullptr;
   CoupledOperator model(settings, fem, packing, overlap, boundary.movable(overlap.tied_particles()),
                         particles_of(overlap, packing.size()), surroundings(fem.mesh(), cells, reach_around(settings, overlap)),
-                        comm);
+                        comm, corrector.get());
   const double limit = model.stable_step(guess);
   fem.set_weights(Eigen::VectorXd::Ones(fem.quadrature_points().cols()));
   return limit;
@@ -196,8 +199,11 @@ void StabilityWatch::check(const fem::FemSide &fem, const Overlap &overlap, cons
                            const std::vector<char> &active, const std::vector<int> &cells, double dt)
 {
   constexpr int products = 12;
-  auto now = std::make_unique<CoupledOperator>(settings, fem, packing, overlap, tied, active,
-                                               surroundings(fem.mesh(), cells, reach_around(settings, overlap)), comm);
+  if (settings.corrector && !corrector)
+    corrector = std::make_unique<Corrector>(packing, settings.bond.k_n, settings.bond.k_t, fem);
+  auto now =
+    std::make_unique<CoupledOperator>(settings, fem, packing, overlap, tied, active,
+                                      surroundings(fem.mesh(), cells, reach_around(settings, overlap)), comm, corrector.get());
   if (last)
     now->take_mode(*last);
   const double highest = now->highest(dt, 1e-2, products); // from below, so it can only be missed, not wrongly reported

@@ -46,6 +46,7 @@ private:
   const Case &settings;
   const dem::Packing &packing;
   MPI_Comm comm;
+  std::unique_ptr<Corrector> corrector; // where the case has one
   std::unique_ptr<CoupledOperator> last;
 };
 } // namespace kerf

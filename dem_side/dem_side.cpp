@@ -73,7 +73,8 @@ struct DemSide::Engine
   Eigen::VectorXd weights;      // by index in the packing
   std::vector<char> active;     // by index in the packing
   std::vector<char> was_active; // by index in the packing; a particle is taken from the store only once
-  int n_active = 0, n_left = 0;
+  int n_active = 0;
+  std::vector<int> left;  // the domain, by index in the packing
   bool is_set_up = false; // the forces and lists belong to the present particles
 
   std::int64_t total(std::int64_t of_rank) const
@@ -261,11 +262,14 @@ void DemSide::Engine::notice_leavers()
 {
   if (lmp->atom->natoms == n_active)
     return;
+  const std::vector<char> before = active;
   std::vector<char> here(packing.size(), 0);
   for (int i = 0; i < lmp->atom->nlocal; ++i)
     here[lmp->atom->tag[i] - 1] = 1;
   MPI_Allreduce(here.data(), active.data(), packing.size(), MPI_CHAR, MPI_MAX, lmp->world);
-  n_left += n_active - static_cast<int>(lmp->atom->natoms);
+  for (int i = 0; i < packing.size(); ++i)
+    if (before[i] && !active[i])
+      left.push_back(i);
   n_active = static_cast<int>(lmp->atom->natoms);
 }
 
@@ -441,9 +445,9 @@ const std::vector<char> &DemSide::is_taken() const
 {
   return engine->was_active;
 }
-int DemSide::n_left_domain() const
+const std::vector<int> &DemSide::left_domain() const
 {
-  return engine->n_left;
+  return engine->left;
 }
 
 std::int64_t DemSide::n_bonds_intact() const

@@ -154,7 +154,8 @@ public:
   const std::vector<char> &is_active() const; ///< by index in the packing, same on every rank. Not collective
   /// By index in the packing: out of the store, active or left the domain. Not collective
   const std::vector<char> &is_taken() const;
-  int n_left_domain() const; ///< particles that left the domain since the start
+  /// Indices in the packing of the particles that left the domain since the start, in this order. Not collective
+  const std::vector<int> &left_domain() const;
 
   std::int64_t n_bonds_intact() const;
   std::int64_t n_bonds_broken() const;          ///< since the start

@@ -66,4 +66,51 @@ void NetworkOperator::add_product(const Eigen::Ref<const Eigen::VectorXd> &x, Ei
   else
     add_product_in<3>(x, y);
 }
+
+template <int dim>
+void NetworkOperator::add_homogeneous_in(const Eigen::Matrix3d &strain, Eigen::Ref<Eigen::VectorXd> y) const
+{
+  constexpr int dofs = particle_dofs<dim>;
+  for (const Bond &bond : bonds)
+  {
+    const Eigen::Matrix<double, dim, 1> n = bond.normal.head<dim>();
+    const auto relative = relative_displacement<dim>(n, bond.lever, bond.reach);
+    const Eigen::Matrix<double, dim, 1> opening = (bond.lever + bond.reach) * (strain.template topLeftCorner<dim, dim>() * n);
+    const Eigen::Matrix<double, dim, 1> force = bond.shear_k * opening + (bond.normal_k - bond.shear_k) * n.dot(opening) * n;
+    y.segment<dofs>(bond.first) += relative.template leftCols<dofs>().transpose() * force;
+    y.segment<dofs>(bond.second) += relative.template rightCols<dofs>().transpose() * force;
+  }
+}
+
+void NetworkOperator::add_homogeneous(const Eigen::Matrix3d &strain, Eigen::Ref<Eigen::VectorXd> y) const
+{
+  if (dim == 2)
+    add_homogeneous_in<2>(strain, y);
+  else
+    add_homogeneous_in<3>(strain, y);
+}
+
+template <int dim>
+Eigen::VectorXd NetworkOperator::diagonal_in() const
+{
+  constexpr int dofs = particle_dofs<dim>;
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(n_dofs());
+  for (const Bond &bond : bonds)
+  {
+    const Eigen::Matrix<double, dim, 1> n = bond.normal.head<dim>();
+    const auto relative = relative_displacement<dim>(n, bond.lever, bond.reach);
+    for (int k = 0; k < 2 * dofs; ++k)
+    {
+      const double normal = n.dot(relative.col(k));
+      result[k < dofs ? bond.first + k : bond.second + k - dofs] +=
+        bond.shear_k * relative.col(k).squaredNorm() + (bond.normal_k - bond.shear_k) * normal * normal;
+    }
+  }
+  return result;
+}
+
+Eigen::VectorXd NetworkOperator::diagonal() const
+{
+  return dim == 2 ? diagonal_in<2>() : diagonal_in<3>();
+}
 } // namespace kerf::dem

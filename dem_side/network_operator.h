@@ -29,6 +29,10 @@ public:
   const Eigen::VectorXd &masses() const { return inertia; }
   /// y += K x, forces [N] and torques [N m] that the displacements and rotations need.
   void add_product(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const;
+  /// The same for particles that follow a homogeneous strain without turning, across periodic axes, too.
+  void add_homogeneous(const Eigen::Matrix3d &strain, Eigen::Ref<Eigen::VectorXd> y) const;
+  /// Of K.
+  Eigen::VectorXd diagonal() const;
 
 private:
   struct Bond
@@ -38,6 +42,10 @@ private:
     double lever, reach;      ///< from the first, from the second centre to the contact point [m]
     double normal_k, shear_k; ///< weighted stiffness [N/m]
   };
+  template <int dim>
+  void add_homogeneous_in(const Eigen::Matrix3d &strain, Eigen::Ref<Eigen::VectorXd> y) const;
+  template <int dim>
+  Eigen::VectorXd diagonal_in() const;
   template <int dim>
   void add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const;
 

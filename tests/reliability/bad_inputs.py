@@ -74,6 +74,7 @@ with tempfile.TemporaryDirectory() as work:
     bad("overlap_too_wide", change("Overlap width = 8", "Overlap width = 40"), "Coupling/Overlap width", "wider than the mesh")
     bad("empty_packing", change("Mean diameter = 1e-3", "Mean diameter = 0.1"), "Packing", "mean diameters", more=["--mode", "dem"])
     bad("tool_inside_rock", change("0 0.024 0.04402", "0 0.024 0.040"), "Tool/Path", "inside the rock")
+    bad("disc_ends_in_2d", change("set Path", "set Width = 0.005\n  set Path"), "Tool/Width", "three dimensions")
     bad("bad_path", change("0 0.024 0.04402", "0 0.024"), "Tool/Path", "3 numbers")
     bad("bad_boundary", change("subsection Packing", "subsection Boundary\n set Conditions = left: glued\nend\nsubsection Packing"),
         "Boundary/Conditions", "glued", "roller")

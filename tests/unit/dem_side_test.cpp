@@ -153,9 +153,9 @@ TEST(DemSide, ParticleThatLeavesIsCountedAndTheRestGoesOn)
   const auto bonds = dem.n_bonds_intact();
   EXPECT_EQ(bonds, static_cast<std::int64_t>(packing.bonds.size()));
   dem.advance(150, {});
-  EXPECT_EQ(dem.n_left_domain(), 0);
+  EXPECT_EQ(dem.left_domain().size(), 0u);
   dem.advance(150, {});
-  EXPECT_EQ(dem.n_left_domain(), 1);
+  EXPECT_EQ(dem.left_domain().size(), 1u);
   EXPECT_EQ(dem.n_active(), 35);
   EXPECT_FALSE(dem.is_active()[35]);
   EXPECT_TRUE(dem.is_active()[34]);
@@ -179,7 +179,7 @@ TEST(DemSide, AllParticlesMayLeave)
   const ForceHook count = [&](Phase, Particles &) { ++calls; };
   dem.advance(300, count);
   EXPECT_EQ(dem.n_active(), 0);
-  EXPECT_EQ(dem.n_left_domain(), 2);
+  EXPECT_EQ(dem.left_domain().size(), 2u);
   EXPECT_EQ(dem.n_bonds_intact(), 0);
   dem.setup(count);
   dem.advance(10, count);

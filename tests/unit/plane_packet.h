@@ -167,6 +167,7 @@ inline Passage pass(const Case &method, double length, int direction, bool from_
   StripCase strip(shape);
   strip.settings.constraint = method.constraint;
   strip.settings.penalty_ratio = method.penalty_ratio;
+  strip.settings.corrector = method.corrector;
   strip.settings.fluctuation_relaxation = method.fluctuation_relaxation;
   Body body(strip.settings, strip.packing, Mode::fixed);
   const double amplitude = 1e-6 * Strip::d;
@@ -213,6 +214,7 @@ inline double sent_back(const Case &method, int seed, double length, int directi
   StripCase strip(shape);
   strip.settings.constraint = method.constraint;
   strip.settings.penalty_ratio = method.penalty_ratio;
+  strip.settings.corrector = method.corrector;
   strip.settings.fluctuation_relaxation = method.fluctuation_relaxation;
   strip.settings.relaxation_steps = 0; // at rest as stored
   const auto at = [&](double k) { return continuum_wave(strip.settings, k, direction); };

@@ -96,6 +96,7 @@ inline PatchErrors random_errors(const Case &method, int seed, Direction directi
   StripCase strip(shape);
   strip.settings.constraint = method.constraint;
   strip.settings.penalty_ratio = method.penalty_ratio;
+  strip.settings.corrector = method.corrector;
   strip.settings.fluctuation_relaxation = 0.05;
   strip.settings.local_damping = 0.4;
   hold_ends(strip.settings);

@@ -109,7 +109,7 @@ TEST(PeriodicBody, TranslatesThroughTheSeam)
   for (int i = 0; i < particles.n; ++i)
     worst = std::max(worst, (Vector3d(particles.velocity.col(i)) - speed).norm());
   EXPECT_LT(worst, 1e-9 * speed.norm());
-  EXPECT_EQ(body.model.dem().n_left_domain(), 0);
+  EXPECT_EQ(body.model.dem().left_domain().size(), 0u);
   const EnergyLedger energy = body.model.energies();
   EXPECT_LT(energy.elastic + energy.coupling, 1e-12 * energy.kinetic);
 }

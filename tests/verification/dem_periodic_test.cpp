@@ -248,7 +248,7 @@ Result shake(const Packing &packing, Settings s, MPI_Comm comm, double speed)
   result.velocity = gather(dem, packing, Quantity::velocity, comm);
   result.intact = dem.n_bonds_intact();
   result.broken = dem.n_bonds_broken();
-  EXPECT_EQ(dem.n_left_domain(), 0);
+  EXPECT_EQ(dem.left_domain().size(), 0u);
   return result;
 }
 } // namespace
