@@ -86,7 +86,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
     if (stepping)
       cutter.move_to(now);
     cutter.apply(tool_forces.catch_forces(particles), fem_side);
-    tool_forces.release(particles, tool_work);
+    tool_forces.release(cutter.touched(), particles, tool_work);
     if (stepping)
     {
       local_impulse.force += dt * cutter.local_load().force;

@@ -20,6 +20,8 @@ public:
   {
     on_particles.add(particles, i, force, torque);
   }
+  /// What a constraint counts itself [J].
+  void add_energy(double energy) { on_particles.add_energy(energy); }
   /// Forces on the window's nodes [N] and their velocities [m/s], 3 x n_window.
   void end(const Eigen::Matrix3Xd &force, const Eigen::Matrix3Xd &velocity);
 

@@ -58,66 +58,67 @@ void MultiplierConstraint::set_particles(const std::vector<TiedParticle> &partic
 }
 
 template <int dim>
-void MultiplierConstraint::pack(std::vector<Point<dim>> &points, const dem::Particles &particles) const
+void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
 {
-  points.clear();
-  for (const OverlapLink &link : links.links())
-  {
-    const int i = link.particle, index = particles.index[i];
-    Point<dim> point;
-    point.particle = i;
-    std::copy_n(link.origin.begin(), dim, point.origin.begin());
-    for (int a = 0; a < 1 << dim; ++a)
+  const std::vector<OverlapLink> &list = links.links();
+  ties.cells.assign(links);
+  const auto share_of_fluctuation = [&](std::size_t k)
+  { return fluctuation_share(particles.weight[list[k].particle], list[k].share); };
+  ties.c =
+    ties.cells.lanes_of([&](std::size_t k) { return list[k].share * packing.volume(particles.index[list[k].particle]); });
+  ties.spring = ties.cells.lanes_of(
+    [&](std::size_t k)
     {
-      point.node[a] = link.node[a < link.n ? a : 0];
-      point.N[a] = a < link.n ? link.N[a] : 0.;
-    }
-    point.c = link.share * packing.volume(index);
-    point.spring = holding_spring(settings, particles.weight[i], link.share, particles.mass[i]);
-    point.viscosity =
-      settings.relaxation / settings.time_step * fluctuation_share(particles.weight[i], link.share) * particles.mass[i];
-    const auto held = blocked.find(index);
-    for (int axis = 0; axis < dim; ++axis)
-      point.inverse_mass[axis] = held != blocked.end() && held->second[axis] ? 0. : 1. / particles.mass[i];
-    points.push_back(point);
+      const int i = list[k].particle;
+      return holding_spring(settings, particles.weight[i], list[k].share, particles.mass[i]);
+    });
+  ties.viscosity = ties.cells.lanes_of(
+    [&](std::size_t k)
+    { return settings.relaxation / settings.time_step * share_of_fluctuation(k) * particles.mass[list[k].particle]; });
+  const std::size_t n = ties.cells.batches().size();
+  ties.inverse_mass.resize(n);
+  ties.index.resize(n);
+  for (int axis = 0; axis < dim; ++axis)
+  {
+    const std::vector<LinkLanes> lanes = ties.cells.lanes_of(
+      [&](std::size_t k)
+      {
+        const auto held = blocked.find(particles.index[list[k].particle]);
+        return held != blocked.end() && held->second[axis] ? 0. : 1. / particles.mass[list[k].particle];
+      });
+    for (std::size_t k = 0; k < n; ++k)
+      ties.inverse_mass[k][axis] = lanes[k];
   }
-}
-
-/// After particles changed place: the equations change with the links only.
-void MultiplierConstraint::follow_particles(LinkChange change, const dem::Particles &particles, const fem::FemSide &fem)
-{
-  if (packing.dim == 2)
-    pack(points_2d, particles);
-  else
-    pack(points_3d, particles);
-  if (change == LinkChange::renewed)
-    build_equations(fem);
+  for (std::size_t k = 0; k < n; ++k)
+    for (int l = 0; l < n_link_lanes; ++l)
+      ties.index[k][l] = particles.index[ties.cells.batches()[k].particle[l]];
+  ties.chi.resize(n);
+  ties.force.resize(n);
+  ties.couple.resize(n);
+  build_equations(ties, fem);
 }
 
 /// Every rank builds the equations of all links and solves them: they are as many as the nodes of the overlap, and what each
 /// rank adds to their right-hand side is a sum.
-void MultiplierConstraint::build_equations(const fem::FemSide &fem)
+template <int dim>
+void MultiplierConstraint::build_equations(const Ties<dim> &ties, const fem::FemSide &fem)
 {
   fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
   constexpr int record = 5 + 2 * 8; // c, three inverse masses, number of nodes, nodes, shape functions
   std::vector<double> mine;
-  const auto list_points = [&](const auto &points)
-  {
-    mine.reserve(points.size() * record);
-    for (std::size_t k = 0; k < points.size(); ++k)
-    {
-      const OverlapLink &link = links.links()[k];
-      std::array<double, 3> inverse_mass{};
-      std::copy(points[k].inverse_mass.begin(), points[k].inverse_mass.end(), inverse_mass.begin());
-      mine.insert(mine.end(), {points[k].c, inverse_mass[0], inverse_mass[1], inverse_mass[2], double(link.n)});
-      mine.insert(mine.end(), link.node.begin(), link.node.end());
-      mine.insert(mine.end(), link.N.begin(), link.N.end());
-    }
-  };
-  if (packing.dim == 2)
-    list_points(points_2d);
-  else
-    list_points(points_3d);
+  mine.reserve(links.links().size() * record);
+  for (std::size_t k = 0; k < ties.c.size(); ++k)
+    for (int l = 0; l < n_link_lanes; ++l)
+      if (ties.cells.is_used(k, l))
+      {
+        const OverlapLink &link = links.links()[ties.cells.batches()[k].link[l]];
+        std::array<double, 3> inverse_mass{};
+        for (int axis = 0; axis < dim; ++axis)
+          inverse_mass[axis] = ties.inverse_mass[k][axis][l];
+        mine.insert(mine.end(), {ties.c[k][l], inverse_mass[0], inverse_mass[1], inverse_mass[2], double(link.n)});
+        mine.insert(mine.end(), link.node.begin(), link.node.end());
+        mine.insert(mine.end(), link.N.begin(), link.N.end());
+      }
   const std::vector<double> all = gather_all(mine, MPI_DOUBLE, settings.comm);
   const std::size_t n = all.size() / record;
   std::vector<int> nodes(8 * n);
@@ -150,86 +151,98 @@ void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fe
   stored = 0.;
   if (links.n_particles() == 0)
     return;
-  work.begin(phase, particles, fem);
-  if (const LinkChange change = links.update(particles, fem); change != LinkChange::none)
-    follow_particles(change, particles, fem);
-  // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
-  const double tau = phase == dem::Phase::step ? settings.time_step : 0.5 * settings.time_step;
   if (packing.dim == 2)
-    impose(points_2d, tau, particles, fem);
+    apply(ties_2d, phase, particles, fem);
   else
-    impose(points_3d, tau, particles, fem);
+    apply(ties_3d, phase, particles, fem);
 }
 
 /// Finds the forces after which the mean velocities agree at the next half step, and adds them.
 template <int dim>
-void MultiplierConstraint::impose(const std::vector<Point<dim>> &points, double tau, dem::Particles &particles,
-                                  fem::FemSide &fem)
+void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
+  const bool stepping = phase == dem::Phase::step;
+  work.begin(phase, particles, fem); // while the window is that of the step before
+  const LinkChange change = links.update(particles, fem);
+  if (change == LinkChange::renumbered)
+    ties.cells.renumber(links);
+  if (stepping &&
+      !ties.force.empty()) // over the way to the present positions; forces of a setup take the place of those before
+    work.add_energy(change == LinkChange::renewed ? half_way_of_moved(ties, particles) : half_way(ties, particles));
+  if (change == LinkChange::renewed)
+    renew(ties, particles, fem);
+
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::force, force);
-  gather_gaps(points, tau, particles);
+  // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
+  const double tau = stepping ? settings.time_step : 0.5 * settings.time_step;
+  gather_gaps(ties, tau, particles);
   solve(tau, dim);
-  scatter_forces(points, particles);
+  scatter_forces(ties, particles);
+  if (stepping)
+    work.add_energy(half_way(ties, particles));
   fem.add_window_forces(node_force + spring_reaction);
   work.end(node_force, velocity);
+  has_loads = true;
 }
 
 /// Holds light particles by springs along chi, relaxes fluctuations by f_i = -viscosity (v_i - sum_a N_a v_a), and adds up at
 /// the nodes, in this order of the rows: c N (velocity after the step, with what chi asks for to close), reaction of the
 /// relaxation, reaction of the springs.
 template <int dim>
-void MultiplierConstraint::gather_gaps(const std::vector<Point<dim>> &points, double tau, dem::Particles &particles)
+void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
+  constexpr int corners = LinkCells<dim>::corners;
   const bool periodic = !packing.periodic.isZero(0.);
   const double closing = drift_share / settings.time_step;
-  const double *x = particles.position.data(), *v = particles.velocity.data();
-  const double *u_node = displacement.data(), *v_node = velocity.data();
-  double *f = particles.force.data();
   sums.setZero(3 * dim, links.n_window());
-  apart.setZero(3, points.size());
-  link_force.setZero(3, points.size());
-  double energy = 0.;
-  for (std::size_t k = 0; k < points.size(); ++k)
+  LinkLanes energy = {};
+  std::size_t k = 0;
+  for (const auto &cell : ties.cells.cells())
   {
-    const Point<dim> &point = points[k];
-    const int i = 3 * point.particle;
-    std::array<double, dim> chi, rate;
+    double u[dim][corners], v[dim][corners];
     for (int c = 0; c < dim; ++c)
-    {
-      chi[c] = x[i + c] - point.origin[c];
-      rate[c] = v[i + c];
-      for (int a = 0; a < 1 << dim; ++a)
+      for (int a = 0; a < corners; ++a)
       {
-        chi[c] -= point.N[a] * u_node[3 * point.node[a] + c];
-        rate[c] -= point.N[a] * v_node[3 * point.node[a] + c];
+        u[c][a] = displacement(c, cell.node[a]);
+        v[c][a] = velocity(c, cell.node[a]);
+      }
+    LinkLanes sum[3 * dim][corners] = {};
+    for (; static_cast<int>(k) < cell.end; ++k)
+    {
+      const auto &batch = ties.cells.batches()[k];
+      for (int c = 0; c < dim; ++c)
+      {
+        const LinkLanes own_velocity = load_lanes(particles.velocity.data(), batch.particle, c);
+        LinkLanes chi = load_lanes(particles.position.data(), batch.particle, c) - batch.origin[c], rate = own_velocity;
+        for (int a = 0; a < corners; ++a)
+        {
+          chi -= batch.N[a] * u[c][a];
+          rate -= batch.N[a] * v[c][a];
+        }
+        if (periodic && packing.periodic[c] > 0.)
+          wrap_lanes(chi, packing.periodic[c]);
+        const LinkLanes held = ties.spring[k] * chi, relaxed = ties.viscosity[k] * rate;
+        subtract_lanes(particles.force.data(), batch.particle, c, held + relaxed);
+        const LinkLanes own_force = load_lanes(particles.force.data(), batch.particle, c);
+        const LinkLanes ahead = ties.c[k] * (own_velocity + tau * ties.inverse_mass[k][c] * own_force + closing * chi);
+        for (int a = 0; a < corners; ++a)
+        {
+          sum[c][a] += batch.N[a] * ahead;
+          sum[dim + c][a] += batch.N[a] * relaxed;
+          sum[2 * dim + c][a] += batch.N[a] * held;
+        }
+        energy += 0.5 * held * chi;
+        ties.chi[k][c] = chi;
+        ties.force[k][c] = -relaxed;
       }
     }
-    if (periodic)
-      for (int c = 0; c < dim; ++c)
-        if (packing.periodic[c] > 0.)
-          chi[c] -= packing.periodic[c] * std::round(chi[c] / packing.periodic[c]);
-    std::array<double, 3 * dim> terms;
-    for (int c = 0; c < dim; ++c)
-    {
-      const double held = point.spring * chi[c], relaxed = point.viscosity * rate[c];
-      f[i + c] -= held + relaxed;
-      terms[c] = point.c * (v[i + c] + tau * point.inverse_mass[c] * f[i + c] + closing * chi[c]);
-      terms[dim + c] = relaxed;
-      terms[2 * dim + c] = held;
-      energy += 0.5 * held * chi[c];
-      apart(c, k) = chi[c];
-      link_force(c, k) = -relaxed;
-    }
-    for (int a = 0; a < 1 << dim; ++a)
-    {
-      double *sum = sums.data() + 3 * dim * point.node[a];
-      for (int t = 0; t < 3 * dim; ++t)
-        sum[t] += point.N[a] * terms[t];
-    }
+    for (int a = 0; a < corners; ++a)
+      for (int row = 0; row < 3 * dim; ++row)
+        sums(row, cell.node[a]) += sum_of(sum[row][a]);
   }
-  stored = energy;
+  stored = sum_of(energy);
   int n_ranks = 1;
   MPI_Comm_size(settings.comm, &n_ranks);
   if (n_ranks > 1)
@@ -262,23 +275,85 @@ void MultiplierConstraint::solve(double tau, int dim)
 /// The multipliers' forces on the particles. Forces act at the point of the finite elements that the particle is tied to; those
 /// that are not along chi come with a couple.
 template <int dim>
-void MultiplierConstraint::scatter_forces(const std::vector<Point<dim>> &points, dem::Particles &particles)
+void MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
 {
-  for (std::size_t k = 0; k < points.size(); ++k)
+  constexpr int corners = LinkCells<dim>::corners;
+  std::size_t k = 0;
+  for (const auto &cell : ties.cells.cells())
   {
-    const Point<dim> &point = points[k];
-    auto total = link_force.col(k);
+    double multiplier[dim][corners];
     for (int c = 0; c < dim; ++c)
+      for (int a = 0; a < corners; ++a)
+        multiplier[c][a] = lambda(c, cell.node[a]);
+    for (; static_cast<int>(k) < cell.end; ++k)
     {
-      double pull = 0.;
-      for (int a = 0; a < 1 << dim; ++a)
-        pull += point.N[a] * lambda(c, point.node[a]);
-      particles.force(c, point.particle) -= point.c * pull;
-      total[c] -= point.c * pull;
+      const auto &batch = ties.cells.batches()[k];
+      auto &total = ties.force[k];
+      const auto &chi = ties.chi[k];
+      for (int c = 0; c < dim; ++c)
+      {
+        LinkLanes pull = {};
+        for (int a = 0; a < corners; ++a)
+          pull += batch.N[a] * multiplier[c][a];
+        pull *= ties.c[k];
+        subtract_lanes(particles.force.data(), batch.particle, c, pull);
+        total[c] -= pull;
+      }
+      auto &couple = ties.couple[k]; // -chi x force
+      if constexpr (dim == 2)
+        couple[0] = chi[1] * total[0] - chi[0] * total[1];
+      else
+        for (int c = 0; c < 3; ++c)
+          couple[c] = chi[(c + 2) % 3] * total[(c + 1) % 3] - chi[(c + 1) % 3] * total[(c + 2) % 3];
+      for (int t = 0; t < Ties<dim>::n_turns; ++t)
+        subtract_lanes(particles.torque.data(), batch.particle, dim == 2 ? 2 : t, -couple[t]);
     }
-    const Vector3d couple = -Vector3d(apart.col(k)).cross(Vector3d(total));
-    particles.torque.col(point.particle) += couple;
-    work.add(particles, point.particle, total, couple);
   }
+}
+
+template <int dim>
+double MultiplierConstraint::half_way(const Ties<dim> &ties, const dem::Particles &particles) const
+{
+  LinkLanes sum = {};
+  for (std::size_t k = 0; k < ties.force.size(); ++k)
+  {
+    const int *particle = ties.cells.batches()[k].particle;
+    for (int c = 0; c < dim; ++c)
+      sum += ties.force[k][c] * load_lanes(particles.velocity.data(), particle, c);
+    for (int t = 0; t < Ties<dim>::n_turns; ++t)
+      sum += ties.couple[k][t] * load_lanes(particles.angular_velocity.data(), particle, dim == 2 ? 2 : t);
+  }
+  return 0.5 * settings.time_step * sum_of(sum);
+}
+
+template <int dim>
+double MultiplierConstraint::half_way_of_moved(const Ties<dim> &ties, const dem::Particles &particles) const
+{
+  constexpr int n_turns = Ties<dim>::n_turns, record = 1 + dim + n_turns; // index, force, couple
+  std::vector<double> mine;
+  for (std::size_t k = 0; k < ties.force.size(); ++k)
+    for (int l = 0; l < n_link_lanes; ++l)
+      if (ties.cells.is_used(k, l))
+      {
+        mine.push_back(ties.index[k][l]);
+        for (int c = 0; c < dim; ++c)
+          mine.push_back(ties.force[k][c][l]);
+        for (int t = 0; t < n_turns; ++t)
+          mine.push_back(ties.couple[k][t][l]);
+      }
+  const std::vector<double> all = gather_all(mine, MPI_DOUBLE, settings.comm);
+  std::vector<int> local(packing.size(), -1);
+  for (int i = 0; i < particles.n; ++i)
+    local[particles.index[i]] = i;
+  double sum = 0.;
+  for (std::size_t at = 0; at < all.size(); at += record)
+    if (const int i = local[static_cast<int>(all[at])]; i >= 0)
+    {
+      for (int c = 0; c < dim; ++c)
+        sum += all[at + 1 + c] * particles.velocity(c, i);
+      for (int t = 0; t < n_turns; ++t)
+        sum += all[at + 1 + dim + t] * particles.angular_velocity(dim == 2 ? 2 : t, i);
+    }
+  return 0.5 * settings.time_step * sum;
 }
 } // namespace kerf

@@ -3,6 +3,7 @@
 
 #include "coupler/constraint.h"
 #include "coupler/interface_work.h"
+#include "coupler/link_cells.h"
 #include "coupler/multiplier_equations.h"
 #include "coupler/overlap_links.h"
 
@@ -34,31 +35,41 @@ public:
   int n_particles() const override { return links.n_particles(); }
 
 private:
-  /// What a step needs of a link, together.
+  /// The ties of this rank: what a step needs of them, and the loads of the present step.
   template <int dim>
-  struct Point
+  struct Ties
   {
-    std::array<double, dim> origin; ///< stored position of the particle [m]
-    std::array<double, 1 << dim> N; ///< 0 for corners that the point does not need
-    std::array<int, 1 << dim> node; ///< columns of the window
-    int particle;
-    double c;                             ///< see MultiplierEquations
-    double spring;                        ///< [N/m]
-    double viscosity;                     ///< rho m/dt times fluctuation_share() [N s/m]
-    std::array<double, dim> inverse_mass; ///< 0 in directions in which the particle cannot move [1/kg]
+    static constexpr int n_turns = dim == 2 ? 1 : 3; ///< components of a rotation
+
+    LinkCells<dim> cells;
+    std::vector<LinkLanes> c;         ///< see MultiplierEquations
+    std::vector<LinkLanes> spring;    ///< [N/m]
+    std::vector<LinkLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
+    /// 0 in directions in which a particle cannot move [1/kg]
+    std::vector<std::array<LinkLanes, dim>> inverse_mass;
+    std::vector<std::array<LinkLanes, dim>> chi;        ///< [m]
+    std::vector<std::array<LinkLanes, dim>> force;      ///< on the particles, the springs' apart [N]
+    std::vector<std::array<LinkLanes, n_turns>> couple; ///< [N m]
+    std::vector<std::array<int, n_link_lanes>> index;   ///< of the particles, in the packing
   };
 
-  void follow_particles(LinkChange change, const dem::Particles &particles, const fem::FemSide &fem);
-  void build_equations(const fem::FemSide &fem);
   template <int dim>
-  void pack(std::vector<Point<dim>> &points, const dem::Particles &particles) const;
+  void apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem);
   template <int dim>
-  void gather_gaps(const std::vector<Point<dim>> &points, double tau, dem::Particles &particles);
+  void renew(Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem);
+  template <int dim>
+  void build_equations(const Ties<dim> &ties, const fem::FemSide &fem);
+  template <int dim>
+  void gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles);
   void solve(double tau, int dim);
   template <int dim>
-  void scatter_forces(const std::vector<Point<dim>> &points, dem::Particles &particles);
+  void scatter_forces(Ties<dim> &ties, dem::Particles &particles);
+  /// Work of the loads over half a step at the particles' present velocities [J].
   template <int dim>
-  void impose(const std::vector<Point<dim>> &points, double tau, dem::Particles &particles, fem::FemSide &fem);
+  double half_way(const Ties<dim> &ties, const dem::Particles &particles) const;
+  /// The same for particles that have changed rank. Collective.
+  template <int dim>
+  double half_way_of_moved(const Ties<dim> &ties, const dem::Particles &particles) const;
 
   Settings settings;
   const dem::Packing &packing;
@@ -67,12 +78,12 @@ private:
   std::unordered_map<int, std::array<bool, 3>> blocked; // directions in which a tied particle cannot move, by packing index
   std::vector<std::unique_ptr<MultiplierEquations>> equations;
   std::array<int, 3> equations_of_axis{};
-  std::vector<Point<2>> points_2d; // of the links, one of the two
-  std::vector<Point<3>> points_3d;
+  Ties<2> ties_2d; // one of the two
+  Ties<3> ties_3d;
   Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force; // of the window's nodes
-  Eigen::MatrixXd sums;                                              // over the points at each node, see gather_gaps()
+  Eigen::MatrixXd sums;                                              // over the ties at each node, see gather_gaps()
   Eigen::Matrix3Xd lambda, node_force, spring_reaction;              // at the nodes
-  Eigen::Matrix3Xd apart, link_force;                                // of the points: chi, force on the particle
+  bool has_loads = false;                                            // the ties have those of a step before
   double stored = 0.;                                                // in the springs [J]
   InterfaceWork work;                                                // of all forces but the springs'
 };

@@ -69,9 +69,9 @@ dem::Particles &ForceCatcher::catch_forces(const dem::Particles &particles)
   return caught;
 }
 
-void ForceCatcher::release(dem::Particles &particles, OuterWork &work)
+void ForceCatcher::release(const std::vector<int> &touched, dem::Particles &particles, OuterWork &work)
 {
-  for (int i = 0; i < particles.n; ++i)
+  for (const int i : touched)
   {
     if ((force.col(i).array() == 0.).all() && (torque.col(i).array() == 0.).all())
       continue;

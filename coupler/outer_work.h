@@ -58,8 +58,8 @@ class ForceCatcher
 public:
   /// The particles with zero forces; valid until the next call.
   dem::Particles &catch_forces(const dem::Particles &particles);
-  /// Adds what was caught to @p particles and to @p work.
-  void release(dem::Particles &particles, OuterWork &work);
+  /// Adds what the @p touched particles caught to @p particles and to @p work; one may be named twice.
+  void release(const std::vector<int> &touched, dem::Particles &particles, OuterWork &work);
 
 private:
   Eigen::Matrix3Xd force, torque;

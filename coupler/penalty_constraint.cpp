@@ -41,109 +41,57 @@ void PenaltyConstraint::choose_springs(const dem::Particles &particles, fem::Fem
     stiffness.push_back(penalty_stiffness(settings, share, masses[k]));
     viscosity.push_back(penalty_viscosity(settings, share, masses[k]));
   }
-  if (packing.dim == 2)
-    pack<2>(springs_2d);
-  else
-    pack<3>(springs_3d);
 }
 
 template <int dim>
-void PenaltyConstraint::pack(Packed<dim> &packed) const
+void PenaltyConstraint::pull(Springs<dim> &springs, LinkChange change, dem::Particles &particles)
 {
-  const std::vector<OverlapLink> &list = links.links();
-  packed.cells.clear();
-  std::vector<std::vector<int>> cells_at(links.n_window()); // by the first node
-  std::vector<int> cell_of(list.size()), count;
-  for (std::size_t k = 0; k < list.size(); ++k)
+  if (change == LinkChange::renewed)
   {
-    Cell<dim> cell;
-    for (int a = 0; a < 1 << dim; ++a)
-      cell.node[a] = list[k].node[a < list[k].n ? a : 0];
-    std::vector<int> &near = cells_at[cell.node[0]];
-    auto found = std::find_if(near.begin(), near.end(), [&](int c) { return packed.cells[c].node == cell.node; });
-    if (found == near.end())
-    {
-      found = near.insert(near.end(), static_cast<int>(packed.cells.size()));
-      packed.cells.push_back(cell);
-      count.push_back(0);
-    }
-    cell_of[k] = *found;
-    ++count[*found];
+    springs.cells.assign(links);
+    springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
   }
-
-  int n = 0;
-  std::vector<int> next;
-  for (std::size_t c = 0; c < count.size(); ++c)
-  {
-    next.push_back(n_lanes * n);
-    n += (count[c] + n_lanes - 1) / n_lanes;
-    packed.cells[c].end = n;
-  }
-  packed.springs.assign(n, Springs<dim>());
-  for (std::size_t k = 0; k < list.size(); ++k)
-  {
-    const int place = next[cell_of[k]]++, lane = place % n_lanes;
-    Springs<dim> &springs = packed.springs[place / n_lanes];
-    for (int l = lane; l < n_lanes; ++l) // what is left over finds a particle, too
-      springs.link[l] = static_cast<int>(k);
-    springs.stiffness[lane] = stiffness[k];
-    for (int c = 0; c < dim; ++c)
-      springs.origin[c][lane] = list[k].origin[c];
-    for (int a = 0; a < list[k].n; ++a)
-      springs.N[a][lane] = list[k].N[a];
-  }
-  renumber(packed);
-}
-
-template <int dim>
-void PenaltyConstraint::renumber(Packed<dim> &packed) const
-{
-  for (Springs<dim> &springs : packed.springs)
-    for (int l = 0; l < n_lanes; ++l)
-      springs.particle[l] = links.links()[springs.link[l]].particle;
+  else if (change == LinkChange::renumbered)
+    springs.cells.renumber(links);
+  packing.periodic.isZero(0.) ? pull<dim, false>(springs, particles) : pull<dim, true>(springs, particles);
 }
 
 /// f_i = -k_i chi_i and its reaction.
 template <int dim, bool periodic>
-void PenaltyConstraint::pull(const Packed<dim> &packed, dem::Particles &particles)
+void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &particles)
 {
-  constexpr int corners = 1 << dim;
-  const double *x = particles.position.data();
-  double *f = particles.force.data();
-  const auto sum = [](const Lanes &v) { return (v[0] + v[1]) + (v[2] + v[3]); };
-  Lanes energy = {};
-  const Springs<dim> *springs = packed.springs.data();
-  for (const Cell<dim> &cell : packed.cells)
+  constexpr int corners = LinkCells<dim>::corners;
+  LinkLanes energy = {};
+  std::size_t k = 0;
+  for (const auto &cell : springs.cells.cells())
   {
     double u[dim][corners];
-    Lanes reaction[dim][corners] = {};
+    LinkLanes reaction[dim][corners] = {};
     for (int c = 0; c < dim; ++c)
       for (int a = 0; a < corners; ++a)
         u[c][a] = node_displacement(c, cell.node[a]);
-    for (const Springs<dim> *const end = packed.springs.data() + cell.end; springs < end; ++springs)
+    for (; static_cast<int>(k) < cell.end; ++k)
     {
-      const int *p = springs->particle;
+      const auto &batch = springs.cells.batches()[k];
       for (int c = 0; c < dim; ++c)
       {
-        Lanes chi = Lanes{x[3 * p[0] + c], x[3 * p[1] + c], x[3 * p[2] + c], x[3 * p[3] + c]} - springs->origin[c];
+        LinkLanes chi = load_lanes(particles.position.data(), batch.particle, c) - batch.origin[c];
         for (int a = 0; a < corners; ++a)
-          chi -= springs->N[a] * u[c][a];
+          chi -= batch.N[a] * u[c][a];
         if (periodic && packing.periodic[c] > 0.)
-          for (int l = 0; l < n_lanes; ++l)
-            chi[l] -= packing.periodic[c] * std::round(chi[l] / packing.periodic[c]);
-        const Lanes force = springs->stiffness * chi;
-        for (int l = 0; l < n_lanes; ++l)
-          f[3 * p[l] + c] -= force[l];
+          wrap_lanes(chi, packing.periodic[c]);
+        const LinkLanes force = springs.stiffness[k] * chi;
+        subtract_lanes(particles.force.data(), batch.particle, c, force);
         for (int a = 0; a < corners; ++a)
-          reaction[c][a] += springs->N[a] * force;
+          reaction[c][a] += batch.N[a] * force;
         energy += 0.5 * force * chi;
       }
     }
     for (int c = 0; c < dim; ++c)
       for (int a = 0; a < corners; ++a)
-        node_force(c, cell.node[a]) += sum(reaction[c][a]);
+        node_force(c, cell.node[a]) += sum_of(reaction[c][a]);
   }
-  stored = sum(energy);
+  stored = sum_of(energy);
 }
 
 Eigen::VectorXd PenaltyConstraint::springs() const
@@ -162,17 +110,16 @@ void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::
   if (settings.damping > 0.)
     damping_work.begin(phase, particles, fem);
   n_local = particles.n;
-  if (const LinkChange change = links.update(particles, fem); change == LinkChange::renewed)
+  const LinkChange change = links.update(particles, fem);
+  if (change == LinkChange::renewed)
     choose_springs(particles, fem);
-  else if (change == LinkChange::renumbered)
-    packing.dim == 2 ? renumber(springs_2d) : renumber(springs_3d);
 
   fem.read_window(fem::NodalField::displacement, node_displacement);
   node_force.setZero(3, links.n_window());
   if (packing.dim == 2)
-    pull<2>(springs_2d, particles);
+    pull(springs_2d, change, particles);
   else
-    pull<3>(springs_3d, particles);
+    pull(springs_3d, change, particles);
   fem.add_window_forces(node_force);
   if (settings.damping > 0.)
     add_damping(particles, fem);

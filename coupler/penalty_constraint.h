@@ -3,9 +3,8 @@
 
 #include "coupler/constraint.h"
 #include "coupler/interface_work.h"
+#include "coupler/link_cells.h"
 #include "coupler/overlap_links.h"
-
-#include <array>
 
 namespace kerf
 {
@@ -39,42 +38,17 @@ public:
   int n_particles() const override { return links.n_particles(); }
 
 private:
-  static constexpr int n_lanes = 4;
-  typedef double Lanes __attribute__((vector_size(n_lanes * sizeof(double))));
-  /// What a step needs of some springs of one cell. Lanes that are left over have no stiffness.
+  /// The springs of this rank.
   template <int dim>
   struct Springs
   {
-    Lanes origin[dim]; ///< stored positions of the particles [m]
-    Lanes N[1 << dim]; ///< 0 for corners that a point does not need
-    Lanes stiffness;   ///< [N/m]
-    int particle[n_lanes];
-    int link[n_lanes];
-  };
-  /// The springs of a cell stand one after the other: its nodes are looked up and pushed once for all of them.
-  template <int dim>
-  struct Cell
-  {
-    std::array<int, 1 << dim> node; ///< columns of the window
-    int end = 0;                    ///< of its springs
+    LinkCells<dim> cells;
+    std::vector<LinkLanes> stiffness; ///< [N/m]
   };
   template <int dim>
-  struct Packed
-  {
-    std::vector<Cell<dim>> cells;
-    std::vector<Springs<dim>> springs;
-  };
-  template <int dim>
-  void pack(Packed<dim> &packed) const;
-  template <int dim>
-  void renumber(Packed<dim> &packed) const;
+  void pull(Springs<dim> &springs, LinkChange change, dem::Particles &particles);
   template <int dim, bool periodic>
-  void pull(const Packed<dim> &packed, dem::Particles &particles);
-  template <int dim>
-  void pull(const Packed<dim> &packed, dem::Particles &particles)
-  {
-    packing.periodic.isZero(0.) ? pull<dim, false>(packed, particles) : pull<dim, true>(packed, particles);
-  }
+  void pull(const Springs<dim> &springs, dem::Particles &particles);
 
   void choose_springs(const dem::Particles &particles, fem::FemSide &fem);
   void add_damping(dem::Particles &particles, fem::FemSide &fem);
@@ -82,8 +56,8 @@ private:
   Settings settings;
   const dem::Packing &packing;
   OverlapLinks links;
-  Packed<2> springs_2d; // of the links, one of the two
-  Packed<3> springs_3d;
+  Springs<2> springs_2d; // one of the two
+  Springs<3> springs_3d;
   std::vector<double> stiffness, viscosity; // of each link
   Eigen::Matrix3Xd node_displacement, node_velocity, node_force;
   int n_local = 0; // particles of this rank

@@ -215,6 +215,7 @@ void Tool::push_particles(const RigidBody &body, dem::Particles &particles, doub
     const Vector3d force = contact_force(surface, rock_velocity, stiffness, damping, share);
     particles.force.col(i) += force;
     particles.torque.col(i) += arm.cross(force);
+    touched_particles.push_back(i);
   }
 }
 
@@ -235,6 +236,7 @@ void Tool::push_surface(const RigidBody &body, fem::FemSide &fem, double share)
 void Tool::apply(dem::Particles &particles, fem::FemSide &fem)
 {
   load = Load();
+  touched_particles.clear();
   for (std::size_t b = 0; b < bodies.size(); ++b)
   {
     push_particles(*bodies[b], particles, shares[b]);

@@ -124,6 +124,8 @@ public:
     double power = 0.;
   };
   const Load &local_load() const { return load; }
+  /// Particles that the last apply() pushed, as places in its arrays; some may be there twice.
+  const std::vector<int> &touched() const { return touched_particles; }
   Load total(const Load &local) const;
 
   bool present() const { return settings.present(); }
@@ -149,6 +151,7 @@ private:
   std::vector<std::unique_ptr<RigidBody>> bodies;
   std::vector<double> shares; // of each body's force in the load
   Load load;
+  std::vector<int> touched_particles;
   fem::SurfacePoints surface;
   Eigen::Matrix3Xd surface_force;
 };

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/overlap_links.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace kerf
+{
+/// Numbers of several links side by side.
+constexpr int n_link_lanes = 4;
+typedef double LinkLanes __attribute__((vector_size(n_link_lanes * sizeof(double))));
+
+inline double sum_of(const LinkLanes &v)
+{
+  return (v[0] + v[1]) + (v[2] + v[3]);
+}
+
+/// The links of a rank cell by cell, several at once: the nodes of a cell are looked up and pushed once for all of its links.
+template <int dim>
+class LinkCells
+{
+public:
+  static constexpr int corners = 1 << dim;
+
+  /// Some links of one cell. Lanes that are left over repeat a link; the numbers of lanes_of() are zero there.
+  struct Batch
+  {
+    LinkLanes origin[dim]; ///< stored positions of the particles [m]
+    LinkLanes N[corners];  ///< 0 for corners that a point does not need
+    int particle[n_link_lanes];
+    int link[n_link_lanes];
+  };
+  /// The batches of a cell stand one after the other.
+  struct Cell
+  {
+    std::array<int, corners> node; ///< columns of the window
+    int end = 0;                   ///< of its batches
+  };
+
+  void assign(const OverlapLinks &links);
+  /// After particles have got other places in the arrays.
+  void renumber(const OverlapLinks &links)
+  {
+    for (Batch &batch : all_batches)
+      for (int l = 0; l < n_link_lanes; ++l)
+        batch.particle[l] = links.links()[batch.link[l]].particle;
+  }
+
+  const std::vector<Cell> &cells() const { return all_cells; }
+  const std::vector<Batch> &batches() const { return all_batches; }
+  /// A number of every link, in the lanes of the batches.
+  template <typename OfLink>
+  std::vector<LinkLanes> lanes_of(const OfLink &of_link) const
+  {
+    std::vector<LinkLanes> lanes(all_batches.size(), LinkLanes{});
+    for (std::size_t k = 0; k < place_of.size(); ++k)
+      lanes[place_of[k] / n_link_lanes][place_of[k] % n_link_lanes] = of_link(k);
+    return lanes;
+  }
+  /// Whether a lane has a link of its own.
+  bool is_used(std::size_t batch, int lane) const
+  {
+    return place_of[all_batches[batch].link[lane]] == static_cast<int>(batch) * n_link_lanes + lane;
+  }
+
+private:
+  std::vector<Cell> all_cells;
+  std::vector<Batch> all_batches;
+  std::vector<int> place_of; // of each link: lane of a batch
+};
+
+template <int dim>
+void LinkCells<dim>::assign(const OverlapLinks &links)
+{
+  const std::vector<OverlapLink> &list = links.links();
+  all_cells.clear();
+  std::vector<std::vector<int>> cells_at(links.n_window()); // by the first node
+  std::vector<int> cell_of(list.size()), count;
+  for (std::size_t k = 0; k < list.size(); ++k)
+  {
+    Cell cell;
+    for (int a = 0; a < corners; ++a)
+      cell.node[a] = list[k].node[a < list[k].n ? a : 0];
+    std::vector<int> &near = cells_at[cell.node[0]];
+    auto found = std::find_if(near.begin(), near.end(), [&](int c) { return all_cells[c].node == cell.node; });
+    if (found == near.end())
+    {
+      found = near.insert(near.end(), static_cast<int>(all_cells.size()));
+      all_cells.push_back(cell);
+      count.push_back(0);
+    }
+    cell_of[k] = *found;
+    ++count[*found];
+  }
+
+  int n = 0;
+  std::vector<int> next;
+  for (std::size_t c = 0; c < count.size(); ++c)
+  {
+    next.push_back(n_link_lanes * n);
+    n += (count[c] + n_link_lanes - 1) / n_link_lanes;
+    all_cells[c].end = n;
+  }
+  all_batches.assign(n, Batch());
+  place_of.resize(list.size());
+  for (std::size_t k = 0; k < list.size(); ++k)
+  {
+    place_of[k] = next[cell_of[k]]++;
+    const int lane = place_of[k] % n_link_lanes;
+    Batch &batch = all_batches[place_of[k] / n_link_lanes];
+    for (int l = lane; l < n_link_lanes; ++l)
+      batch.link[l] = static_cast<int>(k);
+    for (int c = 0; c < dim; ++c)
+      for (int l = lane; l < n_link_lanes; ++l)
+        batch.origin[c][l] = list[k].origin[c];
+    for (int a = 0; a < list[k].n; ++a)
+      batch.N[a][lane] = list[k].N[a];
+  }
+  renumber(links);
+}
+
+/// Components of three vectors a particle, of the particles of a batch.
+inline LinkLanes load_lanes(const double *values, const int *particle, int component)
+{
+  return LinkLanes{values[3 * particle[0] + component], values[3 * particle[1] + component],
+                   values[3 * particle[2] + component], values[3 * particle[3] + component]};
+}
+/// Subtracts from them; lanes that repeat a particle must be zero.
+inline void subtract_lanes(double *values, const int *particle, int component, const LinkLanes &lanes)
+{
+  for (int l = 0; l < n_link_lanes; ++l)
+    values[3 * particle[l] + component] -= lanes[l];
+}
+/// The nearest image, where space repeats itself after @p period [m].
+inline void wrap_lanes(LinkLanes &chi, double period)
+{
+  for (int l = 0; l < n_link_lanes; ++l)
+    chi[l] -= period * std::round(chi[l] / period);
+}
+} // namespace kerf
