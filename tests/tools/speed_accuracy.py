@@ -34,11 +34,11 @@ SETTINGS = [("full DEM", "dem", {}),
             ("no return", "adaptive", {"Adaptivity/Return fraction": "0"}),
             ("penalty", "adaptive", MASS_SCALED),
             ("sigma* 3 MPa", "adaptive", {"Adaptivity/Sigma star": "3e6"}),
-            ("sigma* 6 MPa", "adaptive", {"Adaptivity/Sigma star": "6e6"}),
+            ("sigma* 4.5 MPa", "adaptive", {"Adaptivity/Sigma star": "4.5e6"}),
             ("sigma* 9 MPa", "adaptive", {"Adaptivity/Sigma star": "9e6"}),
             ("overlap 4 d", "adaptive", {"Coupling/Overlap width": "4"}),
             ("overlap 16 d", "adaptive", {"Coupling/Overlap width": "16"}),
-            ("sigma* 6 MPa, penalty", "adaptive", {"Adaptivity/Sigma star": "6e6", **MASS_SCALED}),
+            ("sigma* 3 MPa, penalty", "adaptive", {"Adaptivity/Sigma star": "3e6", **MASS_SCALED}),
             ("cells of 2 d", "adaptive", {"Mesh/Cell size": "2e-3"}),
             ("cells of 8 d", "adaptive", {"Mesh/Cell size": "8e-3"})]
 MODES = 3  # of them; the others run on fewer packings
