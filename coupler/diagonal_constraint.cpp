@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/diagonal_constraint.h"
 
-#include <Eigen/Geometry>
-
 namespace kerf
 {
-using Eigen::Vector3d;
-
 DiagonalConstraint::DiagonalConstraint(const Settings &settings, const dem::Packing &packing)
-  : settings(settings), links(packing, WindowNodes::own, settings.comm), work(settings.time_step, settings.comm)
+  : settings(settings), packing(packing), links(packing, WindowNodes::own, settings.comm),
+    work(settings.time_step, settings.comm)
 {
 }
 
@@ -21,37 +18,98 @@ void DiagonalConstraint::apply(dem::Phase phase, dem::Particles &particles, fem:
 {
   if (links.n_particles() == 0)
     return;
-  work.begin(phase, particles, fem);
-  if (links.update(particles, fem) == LinkChange::renewed)
-  {
-    mass = links.tied_masses(particles, fem);
-    fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
-  }
+  if (packing.dim == 2)
+    apply(ties_2d, phase, particles, fem);
+  else
+    apply(ties_3d, phase, particles, fem);
+}
+
+template <int dim>
+void DiagonalConstraint::renew(Ties<dim> &ties, const dem::Particles &particles, fem::FemSide &fem)
+{
+  const std::vector<double> mass = links.tied_masses(particles, fem); // 1/D_i
+  fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
+  ties.cells.assign(links);
+  ties.loads.renew(ties.cells, particles);
+  ties.pulled = ties.cells.lanes_of([&](std::size_t k) { return links.links()[k].share * mass[k]; });
+  ties.inverse_mass = ties.cells.lanes_of([&](std::size_t k) { return 1. / particles.mass[links.links()[k].particle]; });
+}
+
+template <int dim>
+void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
+{
+  const bool stepping = phase == dem::Phase::step;
+  const double dt = settings.time_step;
+  work.begin(phase, particles, fem); // while the window is that of the step before
+  const LinkChange change = links.update(particles, fem);
+  if (change == LinkChange::renumbered)
+    ties.cells.renumber(links);
+  if (stepping && has_loads)
+    work.add_energy(change == LinkChange::renewed
+                      ? ties.loads.half_way_of_moved(ties.cells, particles, dt, packing.size(), settings.comm)
+                      : ties.loads.half_way(ties.cells, particles, dt));
+  if (change == LinkChange::renewed)
+    renew(ties, particles, fem);
+
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::force, force);
-
-  const double dt = settings.time_step;
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
-  const double tau = phase == dem::Phase::step ? dt : 0.5 * dt;
-  const Eigen::Matrix3Xd ahead = velocity + tau * inverse_node_mass.cwiseProduct(force);
-  node_force.setZero(3, links.n_window());
-  for (std::size_t k = 0; k < links.links().size(); ++k)
-  {
-    const OverlapLink &link = links.links()[k];
-    const int i = link.particle;
-    Vector3d rate = particles.velocity.col(i) + tau / particles.mass[i] * particles.force.col(i);
-    for (int a = 0; a < link.n; ++a)
-      rate -= link.N[a] * ahead.col(link.node[a]);
-    const Vector3d chi = links.displacement_gap(link, particles, displacement);
-    const Vector3d pull = link.share * mass[k] / tau * (rate + settings.closing / dt * chi);
-    const Vector3d couple = chi.cross(pull);
-    particles.force.col(i) -= pull;
-    particles.torque.col(i) += couple;
-    work.add(particles, i, -pull, couple);
-    OverlapLinks::spread(link, pull, node_force);
-  }
+  const double tau = stepping ? dt : 0.5 * dt;
+  ahead = velocity + tau * inverse_node_mass.cwiseProduct(force);
+  pull(ties, tau, particles);
+  if (stepping)
+    work.add_energy(ties.loads.half_way(ties.cells, particles, dt));
   fem.add_window_forces(node_force);
   work.end(node_force, velocity);
+  has_loads = true;
+}
+
+template <int dim>
+void DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
+{
+  constexpr int corners = LinkCells<dim>::corners;
+  const bool periodic = !packing.periodic.isZero(0.);
+  const double closing = settings.closing / settings.time_step;
+  node_force.setZero(3, links.n_window());
+  std::size_t k = 0;
+  for (const auto &cell : ties.cells.cells())
+  {
+    double u[dim][corners], v[dim][corners];
+    LinkLanes reaction[dim][corners] = {};
+    for (int c = 0; c < dim; ++c)
+      for (int a = 0; a < corners; ++a)
+      {
+        u[c][a] = displacement(c, cell.node[a]);
+        v[c][a] = ahead(c, cell.node[a]);
+      }
+    for (; static_cast<int>(k) < cell.end; ++k)
+    {
+      const auto &batch = ties.cells.batches()[k];
+      std::array<LinkLanes, dim> chi;
+      for (int c = 0; c < dim; ++c)
+      {
+        chi[c] = load_lanes(particles.position.data(), batch.particle, c) - batch.origin[c];
+        LinkLanes rate = load_lanes(particles.velocity.data(), batch.particle, c) +
+                         tau * ties.inverse_mass[k] * load_lanes(particles.force.data(), batch.particle, c);
+        for (int a = 0; a < corners; ++a)
+        {
+          chi[c] -= batch.N[a] * u[c][a];
+          rate -= batch.N[a] * v[c][a];
+        }
+        if (periodic && packing.periodic[c] > 0.)
+          wrap_lanes(chi[c], packing.periodic[c]);
+        const LinkLanes pull = ties.pulled[k] / tau * (rate + closing * chi[c]);
+        subtract_lanes(particles.force.data(), batch.particle, c, pull);
+        ties.loads.force[k][c] = -pull;
+        for (int a = 0; a < corners; ++a)
+          reaction[c][a] += batch.N[a] * pull;
+      }
+      ties.loads.add_couples(k, chi, ties.cells, particles);
+    }
+    for (int c = 0; c < dim; ++c)
+      for (int a = 0; a < corners; ++a)
+        node_force(c, cell.node[a]) += sum_of(reaction[c][a]);
+  }
 }
 } // namespace kerf

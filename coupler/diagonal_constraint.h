@@ -4,6 +4,7 @@
 #include "coupler/constraint.h"
 #include "coupler/interface_work.h"
 #include "coupler/overlap_links.h"
+#include "coupler/tie_loads.h"
 
 namespace kerf
 {
@@ -32,10 +33,29 @@ public:
   int n_particles() const override { return links.n_particles(); }
 
 private:
+  /// The ties of this rank.
+  template <int dim>
+  struct Ties
+  {
+    LinkCells<dim> cells;
+    TieLoads<dim> loads;
+    std::vector<LinkLanes> pulled;       ///< share/D_i [kg]
+    std::vector<LinkLanes> inverse_mass; ///< [1/kg]
+  };
+  template <int dim>
+  void apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem);
+  template <int dim>
+  void renew(Ties<dim> &ties, const dem::Particles &particles, fem::FemSide &fem);
+  template <int dim>
+  void pull(Ties<dim> &ties, double tau, dem::Particles &particles);
+
   Settings settings;
+  const dem::Packing &packing;
   OverlapLinks links;
-  std::vector<double> mass; ///< 1/D_i of each link [kg], see OverlapLinks::tied_masses()
-  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force, node_force;
+  Ties<2> ties_2d; // one of the two
+  Ties<3> ties_3d;
+  bool has_loads = false;                                                               // the ties have those of a step before
+  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, force, node_force; // of the window's nodes
   InterfaceWork work;
 };
 } // namespace kerf

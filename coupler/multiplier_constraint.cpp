@@ -3,13 +3,10 @@
 
 #include "coupler/gather.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace kerf
 {
-using Eigen::Vector3d;
-
 namespace
 {
 /// Share of what the mean displacements are apart that is taken back in a step. The velocities are tied exactly, so only the
@@ -77,7 +74,6 @@ void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particle
     { return settings.relaxation / settings.time_step * share_of_fluctuation(k) * particles.mass[list[k].particle]; });
   const std::size_t n = ties.cells.batches().size();
   ties.inverse_mass.resize(n);
-  ties.index.resize(n);
   for (int axis = 0; axis < dim; ++axis)
   {
     const std::vector<LinkLanes> lanes = ties.cells.lanes_of(
@@ -89,12 +85,8 @@ void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particle
     for (std::size_t k = 0; k < n; ++k)
       ties.inverse_mass[k][axis] = lanes[k];
   }
-  for (std::size_t k = 0; k < n; ++k)
-    for (int l = 0; l < n_link_lanes; ++l)
-      ties.index[k][l] = particles.index[ties.cells.batches()[k].particle[l]];
   ties.chi.resize(n);
-  ties.force.resize(n);
-  ties.couple.resize(n);
+  ties.loads.renew(ties.cells, particles);
   build_equations(ties, fem);
 }
 
@@ -166,9 +158,11 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   const LinkChange change = links.update(particles, fem);
   if (change == LinkChange::renumbered)
     ties.cells.renumber(links);
-  if (stepping &&
-      !ties.force.empty()) // over the way to the present positions; forces of a setup take the place of those before
-    work.add_energy(change == LinkChange::renewed ? half_way_of_moved(ties, particles) : half_way(ties, particles));
+  const double dt = settings.time_step;
+  if (stepping && has_loads) // over the way to the present positions; forces of a setup take the place of those before
+    work.add_energy(change == LinkChange::renewed
+                      ? ties.loads.half_way_of_moved(ties.cells, particles, dt, packing.size(), settings.comm)
+                      : ties.loads.half_way(ties.cells, particles, dt));
   if (change == LinkChange::renewed)
     renew(ties, particles, fem);
 
@@ -176,12 +170,12 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::force, force);
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
-  const double tau = stepping ? settings.time_step : 0.5 * settings.time_step;
+  const double tau = stepping ? dt : 0.5 * dt;
   gather_gaps(ties, tau, particles);
   solve(tau, dim);
   scatter_forces(ties, particles);
   if (stepping)
-    work.add_energy(half_way(ties, particles));
+    work.add_energy(ties.loads.half_way(ties.cells, particles, dt));
   fem.add_window_forces(node_force + spring_reaction);
   work.end(node_force, velocity);
   has_loads = true;
@@ -235,7 +229,7 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
         }
         energy += 0.5 * held * chi;
         ties.chi[k][c] = chi;
-        ties.force[k][c] = -relaxed;
+        ties.loads.force[k][c] = -relaxed;
       }
     }
     for (int a = 0; a < corners; ++a)
@@ -288,8 +282,6 @@ void MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &parti
     for (; static_cast<int>(k) < cell.end; ++k)
     {
       const auto &batch = ties.cells.batches()[k];
-      auto &total = ties.force[k];
-      const auto &chi = ties.chi[k];
       for (int c = 0; c < dim; ++c)
       {
         LinkLanes pull = {};
@@ -297,63 +289,10 @@ void MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &parti
           pull += batch.N[a] * multiplier[c][a];
         pull *= ties.c[k];
         subtract_lanes(particles.force.data(), batch.particle, c, pull);
-        total[c] -= pull;
+        ties.loads.force[k][c] -= pull;
       }
-      auto &couple = ties.couple[k]; // -chi x force
-      if constexpr (dim == 2)
-        couple[0] = chi[1] * total[0] - chi[0] * total[1];
-      else
-        for (int c = 0; c < 3; ++c)
-          couple[c] = chi[(c + 2) % 3] * total[(c + 1) % 3] - chi[(c + 1) % 3] * total[(c + 2) % 3];
-      for (int t = 0; t < Ties<dim>::n_turns; ++t)
-        subtract_lanes(particles.torque.data(), batch.particle, dim == 2 ? 2 : t, -couple[t]);
+      ties.loads.add_couples(k, ties.chi[k], ties.cells, particles);
     }
   }
-}
-
-template <int dim>
-double MultiplierConstraint::half_way(const Ties<dim> &ties, const dem::Particles &particles) const
-{
-  LinkLanes sum = {};
-  for (std::size_t k = 0; k < ties.force.size(); ++k)
-  {
-    const int *particle = ties.cells.batches()[k].particle;
-    for (int c = 0; c < dim; ++c)
-      sum += ties.force[k][c] * load_lanes(particles.velocity.data(), particle, c);
-    for (int t = 0; t < Ties<dim>::n_turns; ++t)
-      sum += ties.couple[k][t] * load_lanes(particles.angular_velocity.data(), particle, dim == 2 ? 2 : t);
-  }
-  return 0.5 * settings.time_step * sum_of(sum);
-}
-
-template <int dim>
-double MultiplierConstraint::half_way_of_moved(const Ties<dim> &ties, const dem::Particles &particles) const
-{
-  constexpr int n_turns = Ties<dim>::n_turns, record = 1 + dim + n_turns; // index, force, couple
-  std::vector<double> mine;
-  for (std::size_t k = 0; k < ties.force.size(); ++k)
-    for (int l = 0; l < n_link_lanes; ++l)
-      if (ties.cells.is_used(k, l))
-      {
-        mine.push_back(ties.index[k][l]);
-        for (int c = 0; c < dim; ++c)
-          mine.push_back(ties.force[k][c][l]);
-        for (int t = 0; t < n_turns; ++t)
-          mine.push_back(ties.couple[k][t][l]);
-      }
-  const std::vector<double> all = gather_all(mine, MPI_DOUBLE, settings.comm);
-  std::vector<int> local(packing.size(), -1);
-  for (int i = 0; i < particles.n; ++i)
-    local[particles.index[i]] = i;
-  double sum = 0.;
-  for (std::size_t at = 0; at < all.size(); at += record)
-    if (const int i = local[static_cast<int>(all[at])]; i >= 0)
-    {
-      for (int c = 0; c < dim; ++c)
-        sum += all[at + 1 + c] * particles.velocity(c, i);
-      for (int t = 0; t < n_turns; ++t)
-        sum += all[at + 1 + dim + t] * particles.angular_velocity(dim == 2 ? 2 : t, i);
-    }
-  return 0.5 * settings.time_step * sum;
 }
 } // namespace kerf

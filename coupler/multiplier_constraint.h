@@ -3,9 +3,9 @@
 
 #include "coupler/constraint.h"
 #include "coupler/interface_work.h"
-#include "coupler/link_cells.h"
 #include "coupler/multiplier_equations.h"
 #include "coupler/overlap_links.h"
+#include "coupler/tie_loads.h"
 
 namespace kerf
 {
@@ -39,18 +39,14 @@ private:
   template <int dim>
   struct Ties
   {
-    static constexpr int n_turns = dim == 2 ? 1 : 3; ///< components of a rotation
-
     LinkCells<dim> cells;
+    TieLoads<dim> loads;              ///< the springs' apart
     std::vector<LinkLanes> c;         ///< see MultiplierEquations
     std::vector<LinkLanes> spring;    ///< [N/m]
     std::vector<LinkLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
     /// 0 in directions in which a particle cannot move [1/kg]
     std::vector<std::array<LinkLanes, dim>> inverse_mass;
-    std::vector<std::array<LinkLanes, dim>> chi;        ///< [m]
-    std::vector<std::array<LinkLanes, dim>> force;      ///< on the particles, the springs' apart [N]
-    std::vector<std::array<LinkLanes, n_turns>> couple; ///< [N m]
-    std::vector<std::array<int, n_link_lanes>> index;   ///< of the particles, in the packing
+    std::vector<std::array<LinkLanes, dim>> chi; ///< [m]
   };
 
   template <int dim>
@@ -64,12 +60,6 @@ private:
   void solve(double tau, int dim);
   template <int dim>
   void scatter_forces(Ties<dim> &ties, dem::Particles &particles);
-  /// Work of the loads over half a step at the particles' present velocities [J].
-  template <int dim>
-  double half_way(const Ties<dim> &ties, const dem::Particles &particles) const;
-  /// The same for particles that have changed rank. Collective.
-  template <int dim>
-  double half_way_of_moved(const Ties<dim> &ties, const dem::Particles &particles) const;
 
   Settings settings;
   const dem::Packing &packing;

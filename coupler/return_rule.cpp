@@ -86,11 +86,6 @@ std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Over
       for (int other = 0; other < mesh.n_cells(); ++other)
         stays[other] = stays[other] || (converted[other] && (cell_centre(mesh, other) - centre).norm() < around);
     }
-  const std::vector<char> core = stays;
-  for (int cell = 0; cell < mesh.n_cells(); ++cell)
-    if (core[cell])
-      for (const int neighbour : mesh.neighbours[cell])
-        stays[neighbour] = stays[neighbour] || converted[neighbour];
   enclose(mesh, stays);
 
   std::vector<int> returning;

@@ -11,8 +11,7 @@
 namespace kerf
 {
 /// Chooses the particle cells that become finite elements again: no bond of their particles has broken, and their stress has
-/// stayed below a fraction of sigma* for a set time. A ring of cells around those that must stay keeps the new front away from
-/// them, and no cell is left or given back that would be enclosed.
+/// stayed below a fraction of sigma* for a set time. No cell is given back that would be enclosed by particle region.
 class ReturnRule
 {
 public:
