@@ -205,14 +205,36 @@ void LooseContact::find_near(const dem::Particles &particles, const fem::FemSide
   // A particle that comes off the rock beside the surface starts without force. Seen first in the air it is not embedded.
   std::vector<double> depths(all.size());
   for (std::size_t k = 0; k < all.size(); ++k)
-    depths[k] = near_surface[all[k].index] && !embedded.count(all[k].index) ? all[k].radius - nearest(all[k]).distance : 0.;
+    depths[k] = near_surface[all[k].index] && !memory.count(all[k].index) ? all[k].radius - nearest(all[k]).distance : 0.;
   MPI_Allreduce(MPI_IN_PLACE, depths.data(), static_cast<int>(depths.size()), MPI_DOUBLE, MPI_MAX, comm);
   for (std::size_t k = 0; k < all.size(); ++k)
-    embedded.emplace(all[k].index, std::max(0., depths[k]));
+  {
+    memory.try_emplace(all[k].index, Memory{std::max(0., depths[k]), 0.});
+    if (!near_surface[all[k].index])
+      memory.at(all[k].index).overlap = 0.;
+  }
 
   steps_until_look = longest_wait;
   if (speed > 0.)
     steps_until_look = std::clamp(static_cast<int>(0.5 * margin / (speed * dt)), 1, longest_wait);
+}
+
+/// How far a particle overlaps the surface [m], at @p distance from it; not positive: no contact. Once out of what it was
+/// embedded in it stays out. An overlap cannot appear at once: then the particle came from within the rock, where it met no
+/// surface.
+double LooseContact::follow(const Visitor &visitor, double distance)
+{
+  const double sudden = 0.02 * packing.mean_diameter; // twenty times what a fast fragment moves in a step
+  Memory &m = memory.at(visitor.index);
+  m.embedded = std::min(m.embedded, std::max(0., visitor.radius - distance));
+  double overlap = visitor.radius - m.embedded - distance;
+  if (overlap > m.overlap + sudden)
+  {
+    m.embedded += overlap - m.overlap;
+    overlap = m.overlap;
+  }
+  m.overlap = std::max(0., overlap);
+  return overlap;
 }
 
 void LooseContact::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem, OuterWork &work)
@@ -242,7 +264,7 @@ void LooseContact::apply(dem::Phase phase, dem::Particles &particles, fem::FemSi
   {
     const Visitor &visitor = all[k];
     const auto &[distance, q, arm] = touches[k];
-    const double gap = distance - (visitor.radius - embedded.at(visitor.index));
+    const double gap = -follow(visitor, closest[k].first);
     if (closest[k].second != rank || gap >= 0. || q < 0 || distance == 0.)
       continue;
     const double k_n = points.weight[q] * stiffness;
@@ -258,11 +280,7 @@ void LooseContact::apply(dem::Phase phase, dem::Particles &particles, fem::FemSi
 
   std::unordered_map<int, int> visitor_of;
   for (std::size_t k = 0; k < all.size(); ++k)
-  {
-    double &depth = embedded.at(all[k].index); // once out it stays out
-    depth = std::min(depth, std::max(0., all[k].radius - closest[k].first));
     visitor_of[all[k].index] = static_cast<int>(k);
-  }
   for (int i = 0; i < particles.n; ++i)
     if (near_surface[particles.index[i]])
     {

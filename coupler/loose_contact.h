@@ -53,6 +53,7 @@ private:
     Eigen::Vector3d arm = Eigen::Vector3d::Zero(); ///< from the centre to the nearest place of the patch [m]
   };
   Touch nearest(const Visitor &visitor) const;
+  double follow(const Visitor &visitor, double distance);
   /// Surface points of the finite elements of this rank around the visitors, sorted into bins.
   void find_points(const std::vector<Visitor> &all, const fem::FemSide &fem, double reach);
   template <typename Visit>
@@ -72,8 +73,14 @@ private:
   int n_loose_particles = 0;
   std::int64_t broken_seen = -1;
   int active_seen = -1, ties_seen = -1;
-  std::vector<int> near;                    // loose ones close to the surface, ascending
-  std::unordered_map<int, double> embedded; // how deep a particle lay in the surface when it came off the rock [m]
+  std::vector<int> near; // loose ones close to the surface, ascending
+  /// What is remembered of a loose particle [m].
+  struct Memory
+  {
+    double embedded = 0.; ///< how deep it lay in the surface when it came to it from within the rock
+    double overlap = 0.;  ///< beyond that, in the step before
+  };
+  std::unordered_map<int, Memory> memory;
   int steps_until_look = 0;
   double elastic = 0.;
 

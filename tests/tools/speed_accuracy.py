@@ -95,6 +95,21 @@ def measure(name, seeds, codes, results, start):
     return row
 
 
+def settled(seeds, results, start, unit):
+    """Whether full DEM has settled: its mean force in both halves of the time window, over the packings."""
+    halves = []
+    for seed in seeds:
+        history = History(results / f"{identifier(SETTINGS[0][0])}_{seed}")
+        end = history["time"][-1]
+        middle = 0.5 * (start + end)
+        halves.append([time_mean(history["time"], history["tool_force_y"], *window) / 1e3
+                       for window in ((start, middle), (middle, end))])
+    first, second = np.mean(halves, axis=0)
+    error = np.std(np.diff(halves, axis=1), ddof=1) / np.sqrt(len(seeds))
+    return (f"In the two halves of that time full DEM has mean forces of {first:.1f} and {second:.1f} {unit}, a change of "
+            f"{second - first:+.1f} +- {error:.1f} (standard error over the packings).")
+
+
 def errors(rows):
     """Relative errors of the mean force, and costs, of means over the packings that a setting ran on."""
     for row in rows:
@@ -187,6 +202,8 @@ def main():
         compare_modes.put_section(docs / "results.md", f"""Case `{options.case}`, packings {seeds}; settings that are no modes: the first {options.few}. One rank, {options.jobs} runs at the same
 time. Forces and peaks are those after {options.start * 1e3:.3g} ms, costs those of the whole run; errors are those of the mean force
 against full DEM on the same packings. Made by `tests/tools/speed_accuracy.py`.
+
+{settled(options.seeds, results, options.start, unit)}
 
 {table(rows, best, unit)}
 

@@ -121,6 +121,19 @@ TEST(Loose, StartsWithoutForce)
   EXPECT_GT(block.particle()[1][1], 0.);
 }
 
+// One that comes up through the surface from within the rock, where it met none, is let out: no overlap appears at once.
+TEST(Loose, IsLetOutFromBelow)
+{
+  Block block;
+  block.throw_from(Vector3d(24.3 * d, top - 0.2 * d, 0.), Vector3d(0., 5., 0.));
+  for (int k = 0; k < 40; ++k)
+  {
+    block.body->model.advance(200);
+    EXPECT_NEAR(block.particle()[1][1], 5., 1e-6);
+  }
+  EXPECT_GT(block.particle()[0][1], top + 0.5 * d);
+}
+
 // Over particles and overlap the lattice itself carries it: no pull down at the change from one to the other.
 TEST(Loose, RollsFromParticlesToFiniteElements)
 {
