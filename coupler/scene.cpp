@@ -260,7 +260,16 @@ Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm co
   scene.settings.tool.lower = body.lower[1];
   scene.settings.tool.upper = body.upper[1];
   if (mode == Mode::adaptive || mode == Mode::fixed)
+  {
     check_overlap(settings, *scene.fem);
+    if (const double cells = settings.overlap_width / settings.mesh.cell_size; cells < 2. - 1e-9)
+    {
+      std::ostringstream text;
+      text << "warning: Coupling/Overlap width is " << cells
+           << " cells; in cuts, overlaps of less than two have crumbled the rock in them (docs/results.md)";
+      console.message(text.str());
+    }
+  }
   if (mode == Mode::fixed && cells_inside(scene.fem->mesh(), settings.fixed_region).empty())
     throw InputError(case_path(settings) + ": Fixed/Region holds no cell, mode fixed needs a region inside the mesh");
   check_tool(settings, *scene.fem);

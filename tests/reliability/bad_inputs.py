@@ -108,6 +108,12 @@ with tempfile.TemporaryDirectory() as work:
         file.write("this is no store")
     expect("damaged_store", ["run", good, "--set", "Packing/File=damaged.h5"], "damaged.h5", cwd=work)
 
+    for width, warned in (("4", True), ("8", False)): # allowed, but said
+        narrow = kerf_runner.run(KERF, ["check", good, "--set", "Coupling/Overlap width=" + width], cwd=work)
+        right = narrow.returncode == 0 and ("warning: Coupling/Overlap width is 1 cells" in narrow.stdout) == warned
+        passed, failed = passed + right, failed + (not right)
+        print(("ok      " if right else "FAILED  ") + f"overlap of {width} d, warning {warned}")
+
     held = os.path.join(work, "held")
     os.makedirs(held)
     with open(os.path.join(held, "history.csv"), "w") as file:
