@@ -47,7 +47,7 @@ void CorrectedPenalty::set_particles(const std::vector<TiedParticle> &particles)
 }
 
 /// Rows of all tied particles on every rank: their nodes reach a cell farther than those of a particle's own.
-void CorrectedPenalty::renew(const dem::Particles &, fem::FemSide &fem)
+void CorrectedPenalty::renew(fem::FemSide &fem)
 {
   const Eigen::VectorXd node_mass = fem.gather(fem::NodalField::mass).row(0);
   std::vector<int> indices;
@@ -81,7 +81,7 @@ void CorrectedPenalty::apply(dem::Phase, dem::Particles &particles, fem::FemSide
   if (tied.empty())
     return;
   if (stale)
-    renew(particles, fem);
+    renew(fem);
   fem.read_window(fem::NodalField::displacement, node_displacement);
   node_force.setZero(3, window.size());
   spring.setZero(particles.n);

@@ -31,7 +31,7 @@ public:
 
 private:
   const Corrector &corrector_for(const fem::FemSide &fem);
-  void renew(const dem::Particles &particles, fem::FemSide &fem);
+  void renew(fem::FemSide &fem);
 
   Settings settings;
   const dem::Packing &packing;

@@ -104,8 +104,8 @@ private:
   std::unique_ptr<dem::DemSide> dem_side;
   Overlap regions;
   ActivationRule activation;
-  ReturnRule give_back_rule;
   ParticleCells particle_cells;
+  ReturnRule give_back_rule;
   ParticleBoundary boundary;
   ParticleLoads loads;
   std::unique_ptr<Constraint> constraint;

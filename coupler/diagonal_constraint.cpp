@@ -42,12 +42,7 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
   const double dt = settings.time_step;
   work.begin(phase, particles, fem); // while the window is that of the step before
   const LinkChange change = links.update(particles, fem);
-  if (change == LinkChange::renumbered)
-    ties.cells.renumber(links);
-  if (stepping && has_loads)
-    work.add_energy(change == LinkChange::renewed
-                      ? ties.loads.half_way_of_moved(ties.cells, particles, dt, packing.size(), settings.comm)
-                      : ties.loads.half_way(ties.cells, particles, dt));
+  work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
   if (change == LinkChange::renewed)
     renew(ties, particles, fem);
 
@@ -62,7 +57,6 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
     work.add_energy(ties.loads.half_way(ties.cells, particles, dt));
   fem.add_window_forces(node_force);
   work.end(node_force, velocity);
-  has_loads = true;
 }
 
 template <int dim>

@@ -54,7 +54,6 @@ private:
   OverlapLinks links;
   Ties<2> ties_2d; // one of the two
   Ties<3> ties_3d;
-  bool has_loads = false;                                                               // the ties have those of a step before
   Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, force, node_force; // of the window's nodes
   InterfaceWork work;
 };

@@ -156,13 +156,8 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   const bool stepping = phase == dem::Phase::step;
   work.begin(phase, particles, fem); // while the window is that of the step before
   const LinkChange change = links.update(particles, fem);
-  if (change == LinkChange::renumbered)
-    ties.cells.renumber(links);
   const double dt = settings.time_step;
-  if (stepping && has_loads) // over the way to the present positions; forces of a setup take the place of those before
-    work.add_energy(change == LinkChange::renewed
-                      ? ties.loads.half_way_of_moved(ties.cells, particles, dt, packing.size(), settings.comm)
-                      : ties.loads.half_way(ties.cells, particles, dt));
+  work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
   if (change == LinkChange::renewed)
     renew(ties, particles, fem);
 
@@ -178,7 +173,6 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
     work.add_energy(ties.loads.half_way(ties.cells, particles, dt));
   fem.add_window_forces(node_force + spring_reaction);
   work.end(node_force, velocity);
-  has_loads = true;
 }
 
 /// Holds light particles by springs along chi, relaxes fluctuations by f_i = -viscosity (v_i - sum_a N_a v_a), and adds up at

@@ -73,7 +73,6 @@ private:
   Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force; // of the window's nodes
   Eigen::MatrixXd sums;                                              // over the ties at each node, see gather_gaps()
   Eigen::Matrix3Xd lambda, node_force, spring_reaction;              // at the nodes
-  bool has_loads = false;                                            // the ties have those of a step before
   double stored = 0.;                                                // in the springs [J]
   InterfaceWork work;                                                // of all forces but the springs'
 };

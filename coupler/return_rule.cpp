@@ -26,8 +26,9 @@ double extent_of(const fem::Mesh &mesh, int cell)
 }
 } // namespace
 
-ReturnRule::ReturnRule(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
-  : settings(settings), mesh(mesh), packing(packing), comm(comm), cells(mesh, packing, comm), loaded_until(mesh.n_cells(), 0.)
+ReturnRule::ReturnRule(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing, ParticleCells &cells,
+                       MPI_Comm comm)
+  : settings(settings), mesh(mesh), packing(packing), comm(comm), cells(cells), loaded_until(mesh.n_cells(), 0.)
 {
 }
 

@@ -159,7 +159,6 @@ private:
     const ActivationEvent &event = model->events().back();
     activations->add(event);
     std::ostringstream text;
-
     text << std::setprecision(4) << "t = " << 1e3 * event.time << " ms: " << std::abs(event.cells)
          << (event.cells < 0 ? " cells given back, " : " cells converted, ") << std::abs(event.particles)
          << (event.cells < 0 ? " particles put back" : " particles activated") << "; mass " << event.before.mass << " -> "

@@ -20,6 +20,7 @@ public:
   /// For new links of this rank.
   void renew(const LinkCells<dim> &cells, const dem::Particles &particles)
   {
+    known = true;
     force.resize(cells.batches().size());
     couple.resize(force.size());
     index.resize(force.size());
@@ -39,6 +40,20 @@ public:
         couple[k][c] = chi[(c + 2) % 3] * f[(c + 1) % 3] - chi[(c + 1) % 3] * f[(c + 2) % 3];
     for (int t = 0; t < n_turns; ++t)
       subtract_lanes(particles.torque.data(), cells.batches()[k].particle, axis(t), -couple[k][t]);
+  }
+
+  /// After the links were updated: brings @p cells to the particles' new places and returns the work of the loads of the step
+  /// before over the second half of its way [J]. In a setup there is none, its forces take the place of those before.
+  /// Collective.
+  double follow(dem::Phase phase, LinkChange change, const OverlapLinks &links, LinkCells<dim> &cells,
+                const dem::Particles &particles, double dt, int n_stored, MPI_Comm comm)
+  {
+    if (change == LinkChange::renumbered)
+      cells.renumber(links);
+    if (phase != dem::Phase::step || !known)
+      return 0.;
+    return change == LinkChange::renewed ? half_way_of_moved(cells, particles, dt, n_stored, comm)
+                                         : half_way(cells, particles, dt);
   }
 
   /// Work over half a step at the particles' present velocities [J].
@@ -91,6 +106,7 @@ public:
 private:
   static constexpr int axis(int turn) { return dim == 2 ? 2 : turn; }
 
+  bool known = false; // of a step before, on all ranks alike: links are renewed before the first loads
   std::vector<std::array<LinkLanes, n_turns>> couple; // [N m]
   std::vector<std::array<int, n_link_lanes>> index;   // of the particles, in the packing
 };
