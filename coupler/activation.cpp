@@ -29,7 +29,7 @@ Eigen::VectorXd ActivationRule::measures(const fem::FemSide &fem) const
 std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const Overlap &overlap) const
 {
   const fem::CellStress stress = fem.cell_stress();
-  std::vector<int> flagged;
+  std::vector<int> flagged, following;
   for (std::size_t k = 0; k < stress.cell.size(); ++k)
   {
     if (!stress.sigma.col(k).allFinite())
@@ -38,14 +38,20 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
     const double distance = overlap.distance_of_cell(stress.cell[k]);
     // A cell deep in the overlap waits one event, unless it is a new nucleus away from all particles.
     const bool in_reach = distance <= 0.5 * overlap.width() || distance >= overlap.width();
-    if (!overlap.is_converted(stress.cell[k]) && in_reach &&
-        stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength) >
-          settings.sigma_star)
+    if (overlap.is_converted(stress.cell[k]) || !in_reach)
+      continue;
+    const double measure =
+      stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength);
+    if (measure > settings.sigma_star)
       flagged.push_back(stress.cell[k]);
+    else if (measure > settings.event_fraction * settings.sigma_star && distance < overlap.width())
+      following.push_back(stress.cell[k]);
   }
   std::vector<int> cells = gather_all(flagged, MPI_INT, comm);
   if (cells.empty())
     return cells;
+  following = gather_all(following, MPI_INT, comm);
+  cells.insert(cells.end(), following.begin(), following.end());
 
   std::vector<char> region(mesh.n_cells(), 0);
   for (int cell = 0; cell < mesh.n_cells(); ++cell)

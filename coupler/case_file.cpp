@@ -469,6 +469,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.sigma_star = reader.number("Adaptivity", "Sigma star");
   result.check_interval = reader.integer("Adaptivity", "Check interval");
   result.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");
+  result.event_fraction = reader.number("Adaptivity", "Event fraction");
   result.return_fraction = reader.number("Adaptivity", "Return fraction");
   result.return_time = reader.number("Adaptivity", "Return time");
   for (const auto &row : reader.rows("Fixed", "Region", 2 * dim))

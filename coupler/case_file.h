@@ -98,6 +98,7 @@ struct Case
   double sigma_star = 0.;      ///< [Pa]
   int check_interval = 0;      ///< steps
   int relaxation_steps = 0;    ///< of new particles before time goes on
+  double event_fraction = 1.;  ///< of sigma*: an event also takes cells of the front whose stress is above this
   double return_fraction = 0.; ///< of sigma*: quieter particle cells become finite elements again; 0: never
   double return_time = 0.;     ///< for which they must have been [s]
 

@@ -132,13 +132,13 @@ bool CoupledModel::adapt()
 {
   if (mode != Mode::adaptive)
     return false;
-  clock.restart();
+  clock.begin_whole(Part::activation);
   const std::size_t n_events = activation_events.size();
   if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions); !cells.empty())
     convert(cells);
   else if (give_back_rule.due(now))
     give_back(give_back_rule.cells_to_return(fem_side, regions, *dem_side, now));
-  clock.lap(Part::activation);
+  clock.end_whole();
   return activation_events.size() > n_events;
 }
 
@@ -326,16 +326,17 @@ void CoupledModel::settle(const std::vector<int> &fresh, const std::vector<int> 
   }
   dem_side->set_weights(tie == Tie::mean && !at_rest ? Eigen::VectorXd(Eigen::VectorXd::Ones(packing.size()))
                                                      : regions.de_weights());
+  relaxing = !at_rest;
+  set_up_forces();
   if (!at_rest)
   {
-    relaxing = true;
     relax(
-      settings, packing, moving, accelerations, *dem_side, [this] { set_up_forces(); },
+      settings, packing, moving, accelerations, *dem_side, [this] { particle_forces(&dem::DemSide::compute_forces); },
       [this] { return constraint->springs(); });
     relaxing = false;
     dem_side->set_weights(regions.de_weights());
+    particle_forces(&dem::DemSide::compute_forces);
   }
-  set_up_forces();
 }
 
 /// By index in the packing: has a broken bond.
@@ -355,9 +356,14 @@ std::vector<char> CoupledModel::damaged_particles() const
 
 void CoupledModel::set_up_forces()
 {
+  particle_forces(&dem::DemSide::setup);
+}
+
+void CoupledModel::particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &))
+{
   try
   {
-    dem_side->setup([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); });
+    (dem_side.get()->*compute)([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); });
   }
   catch (const std::runtime_error &error)
   {

@@ -93,6 +93,7 @@ private:
   void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties,
               const std::unordered_map<int, Eigen::Vector3d> &accelerations);
   std::vector<char> damaged_particles() const;
+  void particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &));
 
   const Case &settings;
   Mode mode;

@@ -236,13 +236,20 @@ void CoupledOperator::build_multipliers()
   std::vector<MultiplierEquations::Row> rows(ties.size());
   for (int axis = 0; axis < dim; ++axis)
   {
+    const auto same = [&](int dof) { return inverse_root_mass[dof + axis] == inverse_root_mass[dof + axis - 1]; };
+    if (axis > 0 && std::all_of(multiplier_nodes.begin(), multiplier_nodes.end(), same) &&
+        std::all_of(ties.begin(), ties.end(), [&](const Tie &tie) { return same(tie.particle); }))
+    {
+      equations.push_back(equations.back());
+      continue;
+    }
     for (std::size_t k = 0; k < ties.size(); ++k)
       rows[k] = {ties[k].measure, std::pow(inverse_root_mass[ties[k].particle + axis], 2), ties[k].n, &tie_multipliers[8 * k],
                  ties[k].N.data()};
     Eigen::VectorXd inverse_mass(multiplier_nodes.size());
     for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
       inverse_mass[m] = std::pow(inverse_root_mass[multiplier_nodes[m] + axis], 2);
-    equations.push_back(std::make_unique<MultiplierEquations>(rows, inverse_mass));
+    equations.push_back(std::make_shared<MultiplierEquations>(rows, inverse_mass));
   }
 }
 

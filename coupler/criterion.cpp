@@ -16,7 +16,8 @@ std::array<double, 2> principal_range(const Eigen::Matrix<double, 6, 1> &sigma)
 {
   if (sigma[3] == 0. && sigma[4] == 0.) // in the plane in closed form: checked for every cell every few steps
   {
-    const double middle = 0.5 * (sigma[0] + sigma[1]), radius = std::hypot(0.5 * (sigma[0] - sigma[1]), sigma[5]);
+    const double middle = 0.5 * (sigma[0] + sigma[1]),
+                 radius = std::sqrt(0.25 * std::pow(sigma[0] - sigma[1], 2) + sigma[5] * sigma[5]);
     return {std::min(middle - radius, sigma[2]), std::max(middle + radius, sigma[2])};
   }
   Eigen::Matrix3d tensor;

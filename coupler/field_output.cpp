@@ -42,9 +42,12 @@ public:
     patches.push_back(std::move(patch));
   }
 
-  void write(const std::string &path) const
+  void write(const std::string &path)
   {
     std::ofstream file(path);
+    dealii::DataOutBase::VtkFlags flags;
+    flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default takes many times as long
+    this->set_flags(flags);
     this->write_vtu(file);
   }
 

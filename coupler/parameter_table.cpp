@@ -209,6 +209,11 @@ const std::vector<Parameter> &parameter_table()
     entry("Adaptivity", "Check interval", "20", whole_number(1, 1000000), "steps", "steps between two checks of sigma", ""),
     entry("Adaptivity", "Relaxation steps", "10", whole_number(0, 1000), "-",
           "steps that move new particles to rest among frozen neighbours before time goes on; 0: plain projection", ""),
+    entry(
+      "Adaptivity", "Event fraction", "1", between(0., 1.), "sigma*",
+      "when cells pass sigma*, those around the particles whose stress is above this are converted with them: fewer, larger "
+      "events",
+      ""),
     entry("Adaptivity", "Return fraction", "0", between(0., 1.), "sigma*",
           "particle cells without a broken bond become finite elements again when their stress has stayed below this for the "
           "return time; 0: never",

@@ -41,7 +41,6 @@ CellStresses ParticleCells::stresses(const std::vector<char> &wanted, const fem:
   }
   MPI_Allreduce(MPI_IN_PLACE, stress.data(), static_cast<int>(stress.size()), MPI_DOUBLE, MPI_SUM, comm);
 
-  const double solid = packing.solid_fraction();
   Eigen::VectorXd volume = Eigen::VectorXd::Zero(mesh.n_cells());
   for (int i = 0; i < packing.size(); ++i)
     if (const int c = dem.is_active()[i] ? cell(i) : -1; c >= 0)

@@ -18,7 +18,7 @@ class ParticleCells
 public:
   /// @param mesh and @param packing are kept by reference
   ParticleCells(const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
-    : mesh(mesh), packing(packing), comm(comm), cell_of(packing.size(), not_looked_up)
+    : mesh(mesh), packing(packing), comm(comm), solid(packing.solid_fraction()), cell_of(packing.size(), not_looked_up)
   {
   }
 
@@ -36,6 +36,7 @@ private:
   const fem::Mesh &mesh;
   const dem::Packing &packing;
   MPI_Comm comm;
+  double solid; // fraction of the packing
   std::vector<int> cell_of;
 };
 } // namespace kerf

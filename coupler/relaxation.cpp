@@ -4,7 +4,7 @@
 #include "coupler/stable_step.h"
 
 #include <Eigen/Geometry>
-#include <unordered_map>
+#include <unordered_set>
 
 namespace kerf
 {
@@ -13,31 +13,38 @@ void relax(const Case &settings, const dem::Packing &packing, const std::vector<
            const std::function<Eigen::VectorXd()> &springs)
 {
   constexpr double step = 0.9, memory = 0.55;
-  using Move = Eigen::Matrix<double, 6, 1>; // displacement, rotation
-  std::unordered_map<int, Move> moves;
-  for (const int index : moving)
-    moves[index] = Move::Zero();
+  struct Mover // of this rank
+  {
+    int particle;                     // in the present order, which stays
+    Eigen::Matrix<double, 6, 1> move; // displacement, rotation
+    Eigen::Vector3d wanted;           // acceleration
+  };
+  std::vector<Mover> movers;
+  {
+    const std::unordered_set<int> chosen(moving.begin(), moving.end());
+    const dem::Particles particles = dem_side.particles();
+    for (int i = 0; i < particles.n; ++i)
+      if (chosen.count(particles.index[i]))
+      {
+        const auto wanted = accelerations.find(particles.index[i]);
+        movers.push_back({i, Eigen::Matrix<double, 6, 1>::Zero(),
+                          wanted == accelerations.end() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : wanted->second});
+      }
+  }
   const double density = particle_density(settings, packing), k_n = settings.bond.k_n, k_t = settings.bond.k_t;
 
-  compute_forces();
   for (int iteration = 0; iteration < settings.relaxation_steps; ++iteration)
   {
     dem::Particles particles = dem_side.particles();
     const Eigen::VectorXd spring = springs();
-    for (int i = 0; i < particles.n; ++i)
+    for (auto &[i, move, wanted] : movers)
     {
-      const auto found = moves.find(particles.index[i]);
-      if (found == moves.end())
-        continue;
       // Of n contacts half look along each direction; the weighted mass carries the mean contact weight.
       const double contacts = packing.coordination() * particles.mass[i] / (density * packing.volume(particles.index[i]));
       const double radius = particles.radius[i];
-      Move &move = found->second;
       move *= memory;
       const double stiffness = 0.5 * contacts * (k_n + k_t) + (i < spring.size() ? spring[i] : 0.);
-      Eigen::Vector3d force = particles.force.col(i);
-      if (const auto wanted = accelerations.find(particles.index[i]); wanted != accelerations.end())
-        force -= particles.mass[i] * wanted->second;
+      const Eigen::Vector3d force = particles.force.col(i) - particles.mass[i] * wanted;
       move.head<3>() += step / stiffness * force;
       move.tail<3>() += step / (contacts * k_t * radius * radius) * particles.torque.col(i);
       particles.position.col(i) += move.head<3>();

@@ -19,7 +19,7 @@ using Accelerations = std::unordered_map<int, Eigen::Vector3d>;
 /// Velocities stay as projected, bonds do not break meanwhile. Heavy-ball iteration with the diagonal of the stiffness:
 /// step 0.9, memory 0.55 converges for eigenvalues of D^-1 K up to 2 (0.9 x 2 < 2 (1 + 0.55)).
 /// @param moving indices in the packing. @param accelerations what they should have. @param compute_forces makes the forces for
-/// the present positions; called first.
+/// the present positions again; those before the first move are there.
 /// @param springs stiffness of other springs on this rank's particles, for the present order [N/m]; empty: none. Collective.
 void relax(const Case &settings, const dem::Packing &packing, const std::vector<int> &moving,
            const Accelerations &accelerations, dem::DemSide &dem_side, const std::function<void()> &compute_forces,

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <mpi.h>
+#include <optional>
 
 namespace kerf
 {
@@ -27,14 +28,26 @@ public:
   void lap(Part part)
   {
     const double now = MPI_Wtime();
-    seconds[static_cast<int>(part)] += now - last;
+    seconds[static_cast<int>(whole.value_or(part))] += now - last;
     last = now;
+  }
+  /// Until end_whole() every lap counts for @p part, whichever it names: a part that makes use of the others.
+  void begin_whole(Part part)
+  {
+    restart();
+    whole = part;
+  }
+  void end_whole()
+  {
+    lap(*whole);
+    whole.reset();
   }
   void restart() { last = MPI_Wtime(); }
   double of(Part part) const { return seconds[static_cast<int>(part)]; }
 
 private:
   std::array<double, n_parts> seconds = {};
+  std::optional<Part> whole;
   double last = 0.;
 };
 } // namespace kerf

@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <atom.h>
 #include <atom_vec.h>
+#include <comm.h>
 #include <domain.h>
 #include <fix.h>
 #include <integrate.h>
 #include <modify.h>
+#include <neighbor.h>
 #include <sstream>
 #include <stdexcept>
 #include <update.h>
@@ -75,7 +77,8 @@ struct DemSide::Engine
   std::vector<char> was_active; // by index in the packing; a particle is taken from the store only once
   int n_active = 0;
   std::vector<int> left;  // the domain, by index in the packing
-  bool is_set_up = false; // the forces and lists belong to the present particles
+  bool has_lists = false; // of the present particles
+  bool is_set_up = false; // the forces belong to the present particles and weights
 
   std::int64_t total(std::int64_t of_rank) const
   {
@@ -242,7 +245,7 @@ std::int64_t DemSide::Engine::n_bonds_to_fresh() const
 void DemSide::Engine::update_masses()
 {
   LAMMPS_NS::Atom &atom = *lmp->atom;
-  for (int i = 0; i < atom.nlocal; ++i)
+  for (int i = 0; i < atom.nlocal + atom.nghost; ++i)
   {
     const int particle = atom.tag[i] - 1;
     double sum = 0.;
@@ -325,7 +328,7 @@ void DemSide::insert(const std::vector<NewParticle> &particles)
   e.n_active += static_cast<int>(particles.size());
   e.style->n_particles += particles.size();
   ++e.style->order;
-  e.is_set_up = false;
+  e.has_lists = e.is_set_up = false;
 }
 
 void DemSide::remove(const std::vector<int> &particles)
@@ -355,7 +358,7 @@ void DemSide::remove(const std::vector<int> &particles)
   atom.map_set();
   e.n_active -= static_cast<int>(particles.size());
   ++e.style->order;
-  e.is_set_up = false;
+  e.has_lists = e.is_set_up = false;
 }
 
 void DemSide::set_weights(const Eigen::VectorXd &weight)
@@ -378,6 +381,7 @@ void DemSide::set_weights(const Eigen::VectorXd &weight)
   e.weights = weight;
   for (int i = 0; i < e.lmp->atom->nlocal; ++i)
     e.style->set_weight(i, weight[e.lmp->atom->tag[i] - 1]);
+  e.style->constants_changed = true;
   e.is_set_up = false;
 }
 
@@ -398,13 +402,31 @@ void DemSide::setup(const ForceHook &hook)
   e.lmp->init();
   e.lmp->update->integrate->setup();
   e.style->hook = nullptr;
-  e.is_set_up = true;
+  e.has_lists = e.is_set_up = true;
   e.notice_leavers();
   const std::int64_t made = e.style->bond_ends_made / 2;
   if (made != expected)
     throw std::runtime_error("only " + std::to_string(made) + " of " + std::to_string(expected) +
                              " bonds of the inserted particles could be made: particles are displaced too far from their "
                              "stored positions");
+}
+
+void DemSide::compute_forces(const ForceHook &hook)
+{
+  Engine &e = *engine;
+  if (e.n_active == 0)
+    return setup(hook);
+  if (!e.has_lists)
+    throw std::logic_error("DemSide::compute_forces() needs setup() after insert() or remove()");
+  if (e.style->constants_changed)
+    e.update_masses();
+  e.lmp->neighbor->ago = 1; // these lists are known
+  e.lmp->comm->forward_comm();
+  e.style->send_to_ghosts();
+  e.style->hook = &hook;
+  e.lmp->update->integrate->setup_minimal(0);
+  e.style->hook = nullptr;
+  e.is_set_up = true;
 }
 
 void DemSide::advance(int steps, const ForceHook &hook)

@@ -38,6 +38,8 @@ public:
   /// Takes the bonds over. Neighbours in the list should be neighbours in space.
   void assign(const std::vector<Bond> &bonds);
 
+  std::size_t size() const { return places.size(); } ///< and a few idle ones
+
   /// Adds the loads of all bonds to the rows.
   /// @param reach distance / sum of radii up to which a bond is in the neighbour lists
   /// @param on_failure called as on_failure(Failing) in a step for bonds at their strength; they are dropped.

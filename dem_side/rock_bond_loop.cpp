@@ -118,6 +118,7 @@ void RockBondLoop<dim>::collect_pairs()
 {
   loose_pairs.clear();
   std::vector<typename IntactBonds<dim>::Bond> bonds;
+  bonds.reserve(intact.size());
   typename IntactBonds<dim>::Place place;
   for_each_pair(
     [&](int i, int j, PairHistory &history, int &flag)
@@ -226,8 +227,9 @@ void RockBondLoop<dim>::store_forces()
 template <int dim>
 void RockBondLoop<dim>::pair_forces(bool step)
 {
-  if (lmp.neighbor->ago == 0)
+  if (lmp.neighbor->ago == 0 || constants_changed)
   {
+    constants_changed = false;
     load_constants();
     collect_pairs();
     near_pairs.clear(); // of the lists before; there may be no loose pair to look at now
@@ -464,6 +466,7 @@ template <int dim>
 std::vector<ActiveBond> RockBondLoop<dim>::bonds()
 {
   std::vector<ActiveBond> bonds;
+  bonds.reserve(intact.size());
   const int *tag = lmp.atom->tag;
   for_each_pair(
     [&](int i, int j, const PairHistory &history, int)

@@ -136,6 +136,12 @@ double RockBondStyle::broken_count(int local) const
   return broken_counts->vector_atom[local];
 }
 
+void RockBondStyle::send_to_ghosts()
+{
+  rotations->do_forward_comm();
+  weights->do_forward_comm();
+}
+
 void RockBondStyle::initialise(int local, double weight, const Eigen::Quaterniond &rotation)
 {
   set_weight(local, weight);
@@ -202,8 +208,7 @@ void RockBondStyle::damp_all(bool step)
 void RockBondStyle::refresh_ghosts()
 {
   check_intact_bonds();
-  rotations->do_forward_comm();
-  weights->do_forward_comm();
+  send_to_ghosts();
   const int *tag = lmp.atom->tag;
   index.resize(lmp.atom->nlocal);
   for (int i = 0; i < lmp.atom->nlocal; ++i)

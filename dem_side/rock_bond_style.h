@@ -68,11 +68,13 @@ public:
   std::int64_t steps = 0;          ///< since the start
   std::uint64_t order = 0;         ///< see Particles::order
   bool overstretched = false;      ///< an intact bond is longer than the neighbour lists reach
+  bool constants_changed = false;  ///< weights or masses are others than when the lists were built
   Dissipation dissipation;
   std::vector<BrokenBond> broken; ///< since the start
 
   Particles particles();
   void initialise(int local, double weight, const Eigen::Quaterniond &rotation); ///< a particle just made
+  void send_to_ghosts();                                                         ///< rotations and weights
   void set_weight(int local, double weight);
   double broken_count(int local) const;  ///< bonds of a particle that broke
   std::int64_t intact_bond_ends() const; ///< of this rank: 2 for a bond inside, 1 for one across ranks

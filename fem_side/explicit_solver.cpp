@@ -17,7 +17,7 @@ ExplicitSolver<dim>::ExplicitSolver(const Settings &given)
 {
   for (NodalVector *v : {&displacement, &velocity, &force, &mass})
     v->reinit(space.partitioner);
-  compute_quadrature_points();
+  compute_cell_points();
   set_weights(Eigen::VectorXd::Ones(points.cols()));
   set_window({});
   if (settings.initial_stress.norm() > 0.)
@@ -34,13 +34,17 @@ void ExplicitSolver<dim>::set_initial_state(const Eigen::Matrix3d &gradient)
 }
 
 template <int dim>
-void ExplicitSolver<dim>::compute_quadrature_points()
+void ExplicitSolver<dim>::compute_cell_points()
 {
   points.setZero(3, n * space.owned_cells.size());
+  const Eigen::Matrix<double, n, dim> D = q1::shape_derivatives<dim>(q1::Point<dim>::Zero());
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
+  {
+    const q1::NodalValues<dim> X = space.cell_nodes(space.owned_cells[c]);
     for (int q = 0; q < n; ++q)
-      points.col(n * c + q).template head<dim>() =
-        space.cell_nodes(space.owned_cells[c]) * q1::shape_values<dim>(q1::gauss_point<dim>(q));
+      points.col(n * c + q).template head<dim>() = X * q1::shape_values<dim>(q1::gauss_point<dim>(q));
+    centre_gradients.push_back(D * Eigen::Matrix<double, dim, dim>(X * D).inverse());
+  }
 }
 
 template <int dim>

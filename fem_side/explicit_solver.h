@@ -56,7 +56,7 @@ private:
   static constexpr int n = q1::n_nodes<dim>;
 
   const double *owned_values(NodalField field) const;
-  void compute_quadrature_points();
+  void compute_cell_points();
   void build_kernel();
   void compute_masses();
   void stop_massless_nodes();
@@ -74,10 +74,12 @@ private:
   PointLocator<dim> locator;
   Eigen::Matrix3Xd points;
 
-  Eigen::VectorXd alpha; ///< weight of every quadrature point of owned cells
+  Eigen::VectorXd alpha;                                       ///< weight of every quadrature point of owned cells
+  std::vector<Eigen::Matrix<double, n, dim>> centre_gradients; ///< dN/dX in the middle of owned cells [1/m]
   CellKernel<dim> kernel;
   int n_active = 0;
   NodalVector displacement, velocity, force, mass;
+  mutable NodalVector with_copies;  ///< of the nodes of other ranks that owned cells have
   std::vector<double> inverse_mass; ///< per owned component; 0 where prescribed or without mass
   double last_dt = 0.;              ///< of the last step [s]
   bool forces_are_current = false;  ///< false after a change of state or weights from outside

@@ -85,9 +85,9 @@ template <int dim>
 template <typename Law>
 CellStress ExplicitSolver<dim>::stress_of(const Law &law) const
 {
-  NodalVector u = displacement;
+  NodalVector &u = with_copies;
+  u = displacement;
   space.update_copies(u);
-  const auto D = q1::shape_derivatives<dim>(q1::Point<dim>::Zero());
   CellStress result;
   result.sigma.resize(6, kernel.n_cells());
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
@@ -97,12 +97,10 @@ CellStress ExplicitSolver<dim>::stress_of(const Law &law) const
     q1::NodalValues<dim> values;
     for (int a = 0; a < n; ++a)
       values.col(a) = Eigen::Map<const q1::Point<dim>>(u.begin() + space.owned_cell_dofs[c][a]);
-    const q1::NodalValues<dim> X = space.cell_nodes(space.owned_cells[c]);
-    const Eigen::Matrix<double, dim, dim> J = X * D;
     std::optional<double> mean;
     if (settings.integration == Integration::selective)
-      mean = mean_dilatation<dim, Law>(CellGeometry<dim>(X, weights_of(c)), values);
-    result.sigma.col(result.cell.size()) = cauchy_stress<dim>(law, values * D * J.inverse(), mean);
+      mean = mean_dilatation<dim, Law>(CellGeometry<dim>(space.cell_nodes(space.owned_cells[c]), weights_of(c)), values);
+    result.sigma.col(result.cell.size()) = cauchy_stress<dim>(law, values * centre_gradients[c], mean);
     result.cell.push_back(space.owned_cells[c]);
   }
   return result;
