@@ -3,6 +3,7 @@
 #include "tests/unit/strip_front.h"
 
 #include <gtest/gtest.h>
+#include <set>
 
 using namespace kerf;
 using Eigen::Vector3d;
@@ -107,4 +108,37 @@ TEST(Limits, FullActivationIsParticles)
   EXPECT_GT(particles.norm(), 0.);
   EXPECT_LT((fixed - particles).norm(), 1e-12 * particles.norm());
   EXPECT_LT((adaptive - particles).norm(), 1e-12 * particles.norm());
+}
+
+// An event takes the cells of the front along whose stress is above the fraction of sigma*; without a cell above sigma* there
+// is none.
+TEST(Rule, EventTakesTheFrontAlong)
+{
+  StripCase strip{Strip()};
+  strip.settings.criterion = Criterion::maximum_principal;
+  const double h = strip.strip.cell_length(), front = strip.strip.region_end(), growth = 1e-4 / h;
+  // Columns of cells at the front with mean strains of 1.5 and 0.5 growth h, none beyond. In plane strain, uniaxial.
+  const double unit = growth * h * strip.settings.rock.density * std::pow(strip.settings.rock.speed_p(), 2);
+  const auto displacement = [&](const Vector3d &x)
+  {
+    const double s = std::clamp(x[0] - front, 0., 2. * h);
+    return Vector3d(growth * (2. * h * s - 0.5 * s * s), 0., 0.);
+  };
+  const auto columns = [&](double sigma_star, double fraction)
+  {
+    strip.settings.sigma_star = sigma_star;
+    strip.settings.event_fraction = fraction;
+    Body body(strip.settings, strip.packing, 1e-7, Mode::fixed);
+    body.set_state(displacement, [](const Vector3d &) { return Vector3d(Vector3d::Zero()); });
+    body.model.start();
+    std::set<int> found;
+    for (const int cell : body.model.rule().cells_to_convert(*body.fem, body.model.overlap()))
+      found.insert(static_cast<int>((cell_centre(body.fem->mesh(), cell)[0] - front) / h));
+    return found;
+  };
+  EXPECT_EQ(columns(unit, 1.), std::set<int>{0});
+  EXPECT_EQ(columns(unit, 0.6), std::set<int>{0});
+  EXPECT_EQ(columns(unit, 0.4), (std::set<int>{0, 1}));
+  EXPECT_EQ(columns(0.4 * unit, 1.), (std::set<int>{0, 1}));
+  EXPECT_EQ(columns(1.6 * unit, 0.), std::set<int>{});
 }
