@@ -136,7 +136,6 @@ DemSide::Engine::Engine(const Settings &s)
   : settings(s), packing(*s.packing), box(engine_box(s)), stored_bonds(packing), lmp(make_liggghts(s.comm)),
     weights(Eigen::VectorXd::Ones(packing.size())), active(packing.size(), 0), was_active(packing.size(), 0)
 {
-  const bool flat = packing.dim == 2;
   const double reach = list_reach(packing, s.bond);
   check_periodic_sides(reach);
   command(*lmp, "units si");
@@ -154,9 +153,7 @@ DemSide::Engine::Engine(const Settings &s)
   command(*lmp, "neigh_modify delay 0 every 1 check yes binsize ", bin, " contact_distance_factor ", reach);
   style = RockBondStyle::install(*lmp, {&packing, &stored_bonds, s.bond, s.time_step, s.local_damping});
   command(*lmp, "timestep ", s.time_step);
-  command(*lmp, "fix motion all nve/sphere");
-  if (flat)
-    command(*lmp, "fix plane all enforce2d");
+  command(*lmp, "fix motion all nve/sphere"); // in the plane nothing has a part along z that enforce2d would have to remove
   command(*lmp, "thermo 0");
   command(*lmp, "thermo_modify lost ignore");
 
