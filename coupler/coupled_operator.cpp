@@ -234,23 +234,17 @@ void CoupledOperator::build_multipliers()
   if (ties.empty())
     return;
   std::vector<MultiplierEquations::Row> rows(ties.size());
-  for (int axis = 0; axis < dim; ++axis)
+  Eigen::Matrix3Xd inverse_mass = Eigen::Matrix3Xd::Zero(3, multiplier_nodes.size());
+  for (std::size_t k = 0; k < ties.size(); ++k)
   {
-    const auto same = [&](int dof) { return inverse_root_mass[dof + axis] == inverse_root_mass[dof + axis - 1]; };
-    if (axis > 0 && std::all_of(multiplier_nodes.begin(), multiplier_nodes.end(), same) &&
-        std::all_of(ties.begin(), ties.end(), [&](const Tie &tie) { return same(tie.particle); }))
-    {
-      equations.push_back(equations.back());
-      continue;
-    }
-    for (std::size_t k = 0; k < ties.size(); ++k)
-      rows[k] = {ties[k].measure, std::pow(inverse_root_mass[ties[k].particle + axis], 2), ties[k].n, &tie_multipliers[8 * k],
-                 ties[k].N.data()};
-    Eigen::VectorXd inverse_mass(multiplier_nodes.size());
-    for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
-      inverse_mass[m] = std::pow(inverse_root_mass[multiplier_nodes[m] + axis], 2);
-    equations.push_back(std::make_shared<MultiplierEquations>(rows, inverse_mass));
+    rows[k] = {ties[k].measure, {}, ties[k].n, &tie_multipliers[8 * k], ties[k].N.data()};
+    for (int axis = 0; axis < dim; ++axis)
+      rows[k].inverse_mass[axis] = std::pow(inverse_root_mass[ties[k].particle + axis], 2);
   }
+  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+    for (int axis = 0; axis < dim; ++axis)
+      inverse_mass(axis, m) = std::pow(inverse_root_mass[multiplier_nodes[m] + axis], 2);
+  equations = std::make_unique<MultiplierEquations>(dim, rows, inverse_mass);
 }
 
 /// dt^2 k + 2 dt c of a tie between a particle and its interpolated point [kg].
@@ -309,31 +303,34 @@ void CoupledOperator::apply(double dt, const Eigen::VectorXd &y, Eigen::VectorXd
 /// Removes from y what the multipliers forbid.
 void CoupledOperator::project(Eigen::VectorXd &y) const
 {
-  for (int axis = 0; axis < static_cast<int>(equations.size()); ++axis)
+  if (!equations)
+    return;
+  using Few = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
+  const auto roots = [&](int dof) { return inverse_root_mass.segment(dof, dim); };
+  const auto motion = [&](int dof) { return roots(dof).cwiseProduct(y.segment(dof, dim)); };
+  Eigen::MatrixXd at_nodes(dim, multiplier_nodes.size()), gap;
+  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+    at_nodes.col(m) = motion(multiplier_nodes[m]);
+  equations->multiply(-at_nodes, gap);
+  for (std::size_t k = 0; k < ties.size(); ++k)
   {
-    const MultiplierEquations &system = *equations[axis];
-    const auto motion = [&](int dof) { return inverse_root_mass[dof + axis] * y[dof + axis]; };
-    Eigen::VectorXd at_nodes(multiplier_nodes.size());
-    for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
-      at_nodes[m] = motion(multiplier_nodes[m]);
-    Eigen::VectorXd gap = -(system.B() * at_nodes);
-    for (std::size_t k = 0; k < ties.size(); ++k)
-    {
-      const double moved = ties[k].measure * motion(ties[k].particle);
-      for (int a = 0; a < ties[k].n; ++a)
-        gap[tie_multipliers[8 * k + a]] += ties[k].N[a] * moved;
-    }
-    const Eigen::VectorXd lambda = system.solve(gap), pull = system.B() * lambda;
-    for (std::size_t k = 0; k < ties.size(); ++k)
-    {
-      double force = 0.;
-      for (int a = 0; a < ties[k].n; ++a)
-        force += ties[k].measure * ties[k].N[a] * lambda[tie_multipliers[8 * k + a]];
-      y[ties[k].particle + axis] -= inverse_root_mass[ties[k].particle + axis] * force;
-    }
-    for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
-      y[multiplier_nodes[m] + axis] += inverse_root_mass[multiplier_nodes[m] + axis] * pull[m];
+    const Few moved = ties[k].measure * motion(ties[k].particle);
+    for (int a = 0; a < ties[k].n; ++a)
+      gap.col(tie_multipliers[8 * k + a]) += ties[k].N[a] * moved;
   }
+  equations->solve(gap);
+  const Eigen::MatrixXd &lambda = gap;
+  for (std::size_t k = 0; k < ties.size(); ++k)
+  {
+    Few force = Few::Zero(dim);
+    for (int a = 0; a < ties[k].n; ++a)
+      force += ties[k].measure * ties[k].N[a] * lambda.col(tie_multipliers[8 * k + a]);
+    y.segment(ties[k].particle, dim) -= roots(ties[k].particle).cwiseProduct(force);
+  }
+  Eigen::MatrixXd &pull = at_nodes;
+  equations->multiply(lambda, pull);
+  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+    y.segment(multiplier_nodes[m], dim) += roots(multiplier_nodes[m]).cwiseProduct(pull.col(m));
 }
 
 Eigen::VectorXd CoupledOperator::start() const

@@ -52,20 +52,22 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
   const double tau = stepping ? dt : 0.5 * dt;
   ahead = velocity + tau * inverse_node_mass.cwiseProduct(force);
-  pull(ties, tau, particles);
+  const double power =
+    packing.periodic.isZero(0.) ? pull<dim, false>(ties, tau, particles) : pull<dim, true>(ties, tau, particles);
   if (stepping)
-    work.add_energy(ties.loads.half_way(ties.cells, particles, dt));
+    work.add_energy(0.5 * dt * power);
   fem.add_window_forces(node_force);
   work.end(node_force, velocity);
 }
 
-template <int dim>
-void DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
+/// Adds the forces. Returns the power of the loads of the step before and of these [W].
+template <int dim, bool periodic>
+double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
   constexpr int corners = LinkCells<dim>::corners;
-  const bool periodic = !packing.periodic.isZero(0.);
-  const double closing = settings.closing / settings.time_step;
+  const double closing = settings.closing / settings.time_step, rate_of_tau = 1. / tau;
   node_force.setZero(3, links.n_window());
+  LinkLanes power = {};
   std::size_t k = 0;
   for (const auto &cell : ties.cells.cells())
   {
@@ -80,12 +82,14 @@ void DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &parti
     for (; static_cast<int>(k) < cell.end; ++k)
     {
       const auto &batch = ties.cells.batches()[k];
-      std::array<LinkLanes, dim> chi;
+      const auto position = load_vectors<dim>(particles.position.data(), batch.particle),
+                 own_velocity = load_vectors<dim>(particles.velocity.data(), batch.particle),
+                 own_force = load_vectors<dim>(particles.force.data(), batch.particle);
+      std::array<LinkLanes, dim> chi, pull;
       for (int c = 0; c < dim; ++c)
       {
-        chi[c] = load_lanes(particles.position.data(), batch.particle, c) - batch.origin[c];
-        LinkLanes rate = load_lanes(particles.velocity.data(), batch.particle, c) +
-                         tau * ties.inverse_mass[k] * load_lanes(particles.force.data(), batch.particle, c);
+        chi[c] = position[c] - batch.origin[c];
+        LinkLanes rate = own_velocity[c] + tau * ties.inverse_mass[k] * own_force[c];
         for (int a = 0; a < corners; ++a)
         {
           chi[c] -= batch.N[a] * u[c][a];
@@ -93,17 +97,20 @@ void DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &parti
         }
         if (periodic && packing.periodic[c] > 0.)
           wrap_lanes(chi[c], packing.periodic[c]);
-        const LinkLanes pull = ties.pulled[k] / tau * (rate + closing * chi[c]);
-        subtract_lanes(particles.force.data(), batch.particle, c, pull);
-        ties.loads.force[k][c] = -pull;
+        pull[c] = rate_of_tau * ties.pulled[k] * (rate + closing * chi[c]);
+        power += (ties.loads.force[k][c] - pull[c]) * own_velocity[c];
         for (int a = 0; a < corners; ++a)
-          reaction[c][a] += batch.N[a] * pull;
+          reaction[c][a] += batch.N[a] * pull[c];
       }
-      ties.loads.add_couples(k, chi, ties.cells, particles);
+      for (int c = 0; c < dim; ++c)
+        ties.loads.force[k][c] = -pull[c];
+      subtract_vectors<dim>(particles.force.data(), batch.particle, pull);
+      power += ties.loads.add_couples(k, chi, ties.cells, particles);
     }
     for (int c = 0; c < dim; ++c)
       for (int a = 0; a < corners; ++a)
         node_force(c, cell.node[a]) += sum_of(reaction[c][a]);
   }
+  return sum_of(power);
 }
 } // namespace kerf

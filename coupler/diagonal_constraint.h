@@ -46,8 +46,8 @@ private:
   void apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem);
   template <int dim>
   void renew(Ties<dim> &ties, const dem::Particles &particles, fem::FemSide &fem);
-  template <int dim>
-  void pull(Ties<dim> &ties, double tau, dem::Particles &particles);
+  template <int dim, bool periodic>
+  double pull(Ties<dim> &ties, double tau, dem::Particles &particles);
 
   Settings settings;
   const dem::Packing &packing;

@@ -123,7 +123,7 @@ void LinkCells<dim>::assign(const OverlapLinks &links)
   renumber(links);
 }
 
-/// Components of three vectors a particle, of the particles of a batch.
+/// One component of vectors of three components a particle, of the particles of a batch.
 inline LinkLanes load_lanes(const double *values, const int *particle, int component)
 {
   return LinkLanes{values[3 * particle[0] + component], values[3 * particle[1] + component],
@@ -134,6 +134,37 @@ inline void subtract_lanes(double *values, const int *particle, int component, c
 {
   for (int l = 0; l < n_link_lanes; ++l)
     values[3 * particle[l] + component] -= lanes[l];
+}
+/// The first two components of a particle, at once.
+typedef double LinkPair __attribute__((vector_size(2 * sizeof(double)), aligned(alignof(double))));
+/// All components that move in @p dim dimensions.
+template <int dim>
+std::array<LinkLanes, dim> load_vectors(const double *values, const int *particle)
+{
+  const auto pair = [&](int l) -> LinkPair { return *reinterpret_cast<const LinkPair *>(values + 3 * particle[l]); };
+  const LinkLanes even = __builtin_shufflevector(pair(0), pair(2), 0, 1, 2, 3),
+                  odd = __builtin_shufflevector(pair(1), pair(3), 0, 1, 2, 3);
+  std::array<LinkLanes, dim> result;
+  result[0] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
+  result[1] = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
+  if constexpr (dim == 3)
+    result[2] = load_lanes(values, particle, 2);
+  return result;
+}
+template <int dim>
+void subtract_vectors(double *values, const int *particle, const std::array<LinkLanes, dim> &lanes)
+{
+  const LinkLanes even = __builtin_shufflevector(lanes[0], lanes[1], 0, 4, 2, 6),
+                  odd = __builtin_shufflevector(lanes[0], lanes[1], 1, 5, 3, 7);
+  const auto subtract = [&](int l, double x, double y) {
+    *reinterpret_cast<LinkPair *>(values + 3 * particle[l]) -= LinkPair{x, y};
+  };
+  subtract(0, even[0], even[1]);
+  subtract(1, odd[0], odd[1]);
+  subtract(2, even[2], even[3]);
+  subtract(3, odd[2], odd[3]);
+  if constexpr (dim == 3)
+    subtract_lanes(values, particle, 2, lanes[2]);
 }
 /// The nearest image, where space repeats itself after @p period [m].
 inline void wrap_lanes(LinkLanes &chi, double period)

@@ -86,6 +86,8 @@ void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particle
       ties.inverse_mass[k][axis] = lanes[k];
   }
   ties.chi.resize(n);
+  ties.velocity.resize(n);
+  ties.relaxed.resize(n);
   ties.loads.renew(ties.cells, particles);
   build_equations(ties, fem);
 }
@@ -115,27 +117,17 @@ void MultiplierConstraint::build_equations(const Ties<dim> &ties, const fem::Fem
   const std::size_t n = all.size() / record;
   std::vector<int> nodes(8 * n);
   std::vector<MultiplierEquations::Row> rows(n);
-  equations.clear();
-  for (int axis = 0; axis < packing.dim; ++axis)
+  for (std::size_t k = 0; k < n; ++k)
   {
-    bool same_as_before = axis > 0;
-    for (std::size_t k = 0; k < n; ++k)
-    {
-      const double *values = &all[k * record];
-      same_as_before = same_as_before && values[1 + axis] == values[axis];
-      rows[k].c = values[0];
-      rows[k].inverse_mass = values[1 + axis];
-      rows[k].n = static_cast<int>(values[4]);
-      std::copy(values + 5, values + 13, &nodes[8 * k]);
-      rows[k].node = &nodes[8 * k];
-      rows[k].N = values + 13;
-    }
-    if (axis > 0)
-      same_as_before = same_as_before && inverse_node_mass.row(axis) == inverse_node_mass.row(axis - 1);
-    if (!same_as_before)
-      equations.push_back(std::make_unique<MultiplierEquations>(rows, inverse_node_mass.row(axis)));
-    equations_of_axis[axis] = static_cast<int>(equations.size()) - 1;
+    const double *values = &all[k * record];
+    rows[k].c = values[0];
+    std::copy(values + 1, values + 4, rows[k].inverse_mass.begin());
+    rows[k].n = static_cast<int>(values[4]);
+    std::copy(values + 5, values + 13, &nodes[8 * k]);
+    rows[k].node = &nodes[8 * k];
+    rows[k].N = values + 13;
   }
+  equations = std::make_unique<MultiplierEquations>(dim, rows, inverse_node_mass);
 }
 
 void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
@@ -166,23 +158,22 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   fem.read_window(fem::NodalField::force, force);
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
   const double tau = stepping ? dt : 0.5 * dt;
-  gather_gaps(ties, tau, particles);
-  solve(tau, dim);
-  scatter_forces(ties, particles);
+  packing.periodic.isZero(0.) ? gather_gaps<dim, false>(ties, tau, particles) : gather_gaps<dim, true>(ties, tau, particles);
+  solve<dim>(tau);
+  const double power = scatter_forces(ties, particles);
   if (stepping)
-    work.add_energy(ties.loads.half_way(ties.cells, particles, dt));
-  fem.add_window_forces(node_force + spring_reaction);
+    work.add_energy(0.5 * dt * power);
+  fem.add_window_forces(reaction);
   work.end(node_force, velocity);
 }
 
 /// Holds light particles by springs along chi, relaxes fluctuations by f_i = -viscosity (v_i - sum_a N_a v_a), and adds up at
 /// the nodes, in this order of the rows: c N (velocity after the step, with what chi asks for to close), reaction of the
 /// relaxation, reaction of the springs.
-template <int dim>
+template <int dim, bool periodic>
 void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
   constexpr int corners = LinkCells<dim>::corners;
-  const bool periodic = !packing.periodic.isZero(0.);
   const double closing = drift_share / settings.time_step;
   sums.setZero(3 * dim, links.n_window());
   LinkLanes energy = {};
@@ -200,10 +191,13 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
     for (; static_cast<int>(k) < cell.end; ++k)
     {
       const auto &batch = ties.cells.batches()[k];
+      const auto position = load_vectors<dim>(particles.position.data(), batch.particle),
+                 own_velocity = load_vectors<dim>(particles.velocity.data(), batch.particle),
+                 own_force = load_vectors<dim>(particles.force.data(), batch.particle);
+      std::array<LinkLanes, dim> taken;
       for (int c = 0; c < dim; ++c)
       {
-        const LinkLanes own_velocity = load_lanes(particles.velocity.data(), batch.particle, c);
-        LinkLanes chi = load_lanes(particles.position.data(), batch.particle, c) - batch.origin[c], rate = own_velocity;
+        LinkLanes chi = position[c] - batch.origin[c], rate = own_velocity[c];
         for (int a = 0; a < corners; ++a)
         {
           chi -= batch.N[a] * u[c][a];
@@ -212,9 +206,9 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
         if (periodic && packing.periodic[c] > 0.)
           wrap_lanes(chi, packing.periodic[c]);
         const LinkLanes held = ties.spring[k] * chi, relaxed = ties.viscosity[k] * rate;
-        subtract_lanes(particles.force.data(), batch.particle, c, held + relaxed);
-        const LinkLanes own_force = load_lanes(particles.force.data(), batch.particle, c);
-        const LinkLanes ahead = ties.c[k] * (own_velocity + tau * ties.inverse_mass[k][c] * own_force + closing * chi);
+        taken[c] = held + relaxed;
+        const LinkLanes ahead =
+          ties.c[k] * (own_velocity[c] + tau * ties.inverse_mass[k][c] * (own_force[c] - taken[c]) + closing * chi);
         for (int a = 0; a < corners; ++a)
         {
           sum[c][a] += batch.N[a] * ahead;
@@ -223,8 +217,10 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
         }
         energy += 0.5 * held * chi;
         ties.chi[k][c] = chi;
-        ties.loads.force[k][c] = -relaxed;
+        ties.relaxed[k][c] = relaxed;
       }
+      ties.velocity[k] = own_velocity;
+      subtract_vectors<dim>(particles.force.data(), batch.particle, taken);
     }
     for (int a = 0; a < corners; ++a)
       for (int row = 0; row < 3 * dim; ++row)
@@ -238,34 +234,31 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
 }
 
 /// The multipliers, and the forces at the nodes; the first rank adds them.
-void MultiplierConstraint::solve(double tau, int dim)
+template <int dim>
+void MultiplierConstraint::solve(double tau)
 {
   const int n = links.n_window();
-  lambda.setZero(3, n);
+  ahead = velocity.topRows<dim>() + tau * inverse_node_mass.topRows<dim>().cwiseProduct(
+                                            force.topRows<dim>() + sums.middleRows<dim>(dim) + sums.middleRows<dim>(2 * dim));
+  equations->multiply(ahead, lambda);
+  lambda = (sums.topRows<dim>() - lambda) / tau;
+  equations->solve(lambda);
   node_force.setZero(3, n);
-  spring_reaction.setZero(3, n);
-  for (int axis = 0; axis < dim; ++axis)
-  {
-    const MultiplierEquations &system = *equations[equations_of_axis[axis]];
-    const auto reaction = sums.row(dim + axis) + sums.row(2 * dim + axis);
-    const Eigen::VectorXd ahead =
-      velocity.row(axis) + tau * inverse_node_mass.row(axis).cwiseProduct(force.row(axis) + reaction);
-    const Eigen::VectorXd solution = system.solve((sums.row(axis).transpose() - system.B() * ahead) / tau);
-    lambda.row(axis) = solution;
-    if (rank == 0)
-    {
-      node_force.row(axis) = sums.row(dim + axis) + (system.B() * solution).transpose();
-      spring_reaction.row(axis) = sums.row(2 * dim + axis);
-    }
-  }
+  reaction.setZero(3, n);
+  if (rank != 0)
+    return;
+  equations->multiply(lambda, ahead);
+  node_force.topRows<dim>() = sums.middleRows<dim>(dim) + ahead;
+  reaction.topRows<dim>() = node_force.topRows<dim>() + sums.middleRows<dim>(2 * dim);
 }
 
 /// The multipliers' forces on the particles. Forces act at the point of the finite elements that the particle is tied to; those
-/// that are not along chi come with a couple.
+/// that are not along chi come with a couple. Returns the power of the loads of the step before and of these [W].
 template <int dim>
-void MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
+double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
 {
   constexpr int corners = LinkCells<dim>::corners;
+  LinkLanes power = {};
   std::size_t k = 0;
   for (const auto &cell : ties.cells.cells())
   {
@@ -276,17 +269,20 @@ void MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &parti
     for (; static_cast<int>(k) < cell.end; ++k)
     {
       const auto &batch = ties.cells.batches()[k];
+      std::array<LinkLanes, dim> pull = {};
       for (int c = 0; c < dim; ++c)
       {
-        LinkLanes pull = {};
         for (int a = 0; a < corners; ++a)
-          pull += batch.N[a] * multiplier[c][a];
-        pull *= ties.c[k];
-        subtract_lanes(particles.force.data(), batch.particle, c, pull);
-        ties.loads.force[k][c] -= pull;
+          pull[c] += batch.N[a] * multiplier[c][a];
+        pull[c] *= ties.c[k];
+        const LinkLanes load = -ties.relaxed[k][c] - pull[c];
+        power += (ties.loads.force[k][c] + load) * ties.velocity[k][c];
+        ties.loads.force[k][c] = load;
       }
-      ties.loads.add_couples(k, ties.chi[k], ties.cells, particles);
+      subtract_vectors<dim>(particles.force.data(), batch.particle, pull);
+      power += ties.loads.add_couples(k, ties.chi[k], ties.cells, particles);
     }
   }
+  return sum_of(power);
 }
 } // namespace kerf

@@ -46,7 +46,9 @@ private:
     std::vector<LinkLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
     /// 0 in directions in which a particle cannot move [1/kg]
     std::vector<std::array<LinkLanes, dim>> inverse_mass;
-    std::vector<std::array<LinkLanes, dim>> chi; ///< [m]
+    std::vector<std::array<LinkLanes, dim>> chi;      ///< [m]
+    std::vector<std::array<LinkLanes, dim>> velocity; ///< of the particles [m/s]
+    std::vector<std::array<LinkLanes, dim>> relaxed;  ///< force of the relaxation on the point of the finite elements [N]
   };
 
   template <int dim>
@@ -55,24 +57,25 @@ private:
   void renew(Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem);
   template <int dim>
   void build_equations(const Ties<dim> &ties, const fem::FemSide &fem);
-  template <int dim>
+  template <int dim, bool periodic>
   void gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles);
-  void solve(double tau, int dim);
   template <int dim>
-  void scatter_forces(Ties<dim> &ties, dem::Particles &particles);
+  void solve(double tau);
+  template <int dim>
+  double scatter_forces(Ties<dim> &ties, dem::Particles &particles);
 
   Settings settings;
   const dem::Packing &packing;
   int rank = 0;
   OverlapLinks links;
   std::unordered_map<int, std::array<bool, 3>> blocked; // directions in which a tied particle cannot move, by packing index
-  std::vector<std::unique_ptr<MultiplierEquations>> equations;
-  std::array<int, 3> equations_of_axis{};
+  std::unique_ptr<MultiplierEquations> equations;
   Ties<2> ties_2d; // one of the two
   Ties<3> ties_3d;
   Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force; // of the window's nodes
   Eigen::MatrixXd sums;                                              // over the ties at each node, see gather_gaps()
-  Eigen::Matrix3Xd lambda, node_force, spring_reaction;              // at the nodes
+  Eigen::MatrixXd lambda, ahead;                                     // of the nodes, a row an axis
+  Eigen::Matrix3Xd node_force, reaction;                             // without and with the springs'
   double stored = 0.;                                                // in the springs [J]
   InterfaceWork work;                                                // of all forces but the springs'
 };

@@ -3,7 +3,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
-#include <memory>
+#include <array>
 #include <vector>
 
 namespace kerf
@@ -12,29 +12,41 @@ namespace kerf
 ///   sum_i c_i N_ia (v_i - sum_b N_ib v_b) = 0,   c_i the volume of the particle inside the overlap.
 /// Forces -c_i sum_a N_ia lambda_a on particles and (B lambda)_a on nodes, B = N^T c N, enforce it with
 ///   A lambda = momentum gap/dt,   A = N^T c^2/m N + B M^-1 B.
-/// One component of displacement; masses may be infinite.
+/// Each component of displacement has its own masses, which may be infinite. The matrices have entries at the same places, so
+/// the components are solved side by side.
 class MultiplierEquations
 {
 public:
   /// One row for every tied particle of the model.
   struct Row
   {
-    double c = 0.;            ///< [m^3], 2D [m^2]
-    double inverse_mass = 0.; ///< of the particle [1/kg]
+    double c = 0.;                        ///< [m^3], 2D [m^2]
+    std::array<double, 3> inverse_mass{}; ///< of the particle [1/kg]
     int n = 0;
     const int *node = nullptr; ///< n places among the nodes of the overlap
     const double *N = nullptr; ///< n shape functions
   };
 
   /// @param inverse_node_mass [1/kg], zero where a node's motion is prescribed
-  MultiplierEquations(const std::vector<Row> &rows, const Eigen::VectorXd &inverse_node_mass);
+  MultiplierEquations(int dim, const std::vector<Row> &rows, const Eigen::Matrix3Xd &inverse_node_mass);
 
-  Eigen::VectorXd solve(const Eigen::VectorXd &right_hand_side) const { return factors->solve(right_hand_side); }
-  const Eigen::SparseMatrix<double> &B() const { return node_matrix; }
+  /// Values of the nodes: dim rows, a column a node.
+  void solve(Eigen::MatrixXd &values) const;
+  /// result = B values
+  void multiply(const Eigen::MatrixXd &values, Eigen::MatrixXd &result) const;
 
 private:
-  Eigen::SparseMatrix<double> node_matrix;
-  // Not movable, hence the pointer.
-  std::unique_ptr<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>> factors;
+  template <int dim>
+  void solve_in(Eigen::MatrixXd &values) const;
+  template <int dim>
+  void multiply_in(const Eigen::MatrixXd &values, Eigen::MatrixXd &result) const;
+  void keep_factors(int axis, const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> &factors);
+
+  int dim;
+  Eigen::SparseMatrix<double> node_matrix; // B
+  // A = P^T L D L^T P of each component: the columns of L below the diagonal one after the other.
+  std::vector<int> place, first, row;
+  Eigen::MatrixXd lower, inverse_diagonal; // dim rows
+  mutable Eigen::MatrixXd permuted;
 };
 } // namespace kerf

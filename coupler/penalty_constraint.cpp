@@ -73,19 +73,21 @@ void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &partic
     for (; static_cast<int>(k) < cell.end; ++k)
     {
       const auto &batch = springs.cells.batches()[k];
+      const auto position = load_vectors<dim>(particles.position.data(), batch.particle);
+      std::array<LinkLanes, dim> force;
       for (int c = 0; c < dim; ++c)
       {
-        LinkLanes chi = load_lanes(particles.position.data(), batch.particle, c) - batch.origin[c];
+        LinkLanes chi = position[c] - batch.origin[c];
         for (int a = 0; a < corners; ++a)
           chi -= batch.N[a] * u[c][a];
         if (periodic && packing.periodic[c] > 0.)
           wrap_lanes(chi, packing.periodic[c]);
-        const LinkLanes force = springs.stiffness[k] * chi;
-        subtract_lanes(particles.force.data(), batch.particle, c, force);
+        force[c] = springs.stiffness[k] * chi;
         for (int a = 0; a < corners; ++a)
-          reaction[c][a] += batch.N[a] * force;
-        energy += 0.5 * force * chi;
+          reaction[c][a] += batch.N[a] * force[c];
+        energy += 0.5 * force[c] * chi;
       }
+      subtract_vectors<dim>(particles.force.data(), batch.particle, force);
     }
     for (int c = 0; c < dim; ++c)
       for (int a = 0; a < corners; ++a)

@@ -8,7 +8,8 @@ namespace kerf
 {
 /// The loads that a constraint puts on tied particles in a step, kept for their work by the trapezoidal rule over the steps
 /// (see OuterWork): forces act at the point of the finite elements that a particle is tied to, so those that are not along chi
-/// come with a couple.
+/// come with a couple. A step's hook sees one velocity, at which the loads of the step before end their way and the new ones
+/// begin theirs: what they do is summed where the velocities are at hand.
 template <int dim>
 class TieLoads
 {
@@ -17,61 +18,50 @@ public:
 
   std::vector<std::array<LinkLanes, dim>> force; ///< of each batch, on the particles [N]
 
-  /// For new links of this rank.
+  /// For new links of this rank: without loads.
   void renew(const LinkCells<dim> &cells, const dem::Particles &particles)
   {
-    known = true;
-    force.resize(cells.batches().size());
-    couple.resize(force.size());
+    force.assign(cells.batches().size(), {});
+    couple.assign(force.size(), {});
     index.resize(force.size());
     for (std::size_t k = 0; k < force.size(); ++k)
       for (int l = 0; l < n_link_lanes; ++l)
         index[k][l] = particles.index[cells.batches()[k].particle[l]];
   }
 
-  /// Adds the couples -chi x force of a batch to its particles.
-  void add_couples(std::size_t k, const std::array<LinkLanes, dim> &chi, const LinkCells<dim> &cells, dem::Particles &particles)
+  /// Adds the couples -chi x force of a batch to its particles. Returns the power of those before and these [W].
+  LinkLanes add_couples(std::size_t k, const std::array<LinkLanes, dim> &chi, const LinkCells<dim> &cells,
+                        dem::Particles &particles)
   {
     const auto &f = force[k];
-    if constexpr (dim == 2)
-      couple[k][0] = chi[1] * f[0] - chi[0] * f[1];
-    else
-      for (int c = 0; c < 3; ++c)
-        couple[k][c] = chi[(c + 2) % 3] * f[(c + 1) % 3] - chi[(c + 1) % 3] * f[(c + 2) % 3];
+    const int *particle = cells.batches()[k].particle;
+    LinkLanes power = {};
     for (int t = 0; t < n_turns; ++t)
-      subtract_lanes(particles.torque.data(), cells.batches()[k].particle, axis(t), -couple[k][t]);
+    {
+      const int c = axis(t), next = (c + 1) % 3, last = (c + 2) % 3;
+      const LinkLanes now = chi[last] * f[next] - chi[next] * f[last];
+      power += (couple[k][t] + now) * load_lanes(particles.angular_velocity.data(), particle, c);
+      couple[k][t] = now;
+      subtract_lanes(particles.torque.data(), particle, c, -now);
+    }
+    return power;
   }
 
-  /// After the links were updated: brings @p cells to the particles' new places and returns the work of the loads of the step
-  /// before over the second half of its way [J]. In a setup there is none, its forces take the place of those before.
-  /// Collective.
+  /// After the links were updated: brings @p cells to the particles' new places. The loads of the step before are known to the
+  /// next ones when the links are the same; otherwise returns their work over the second half of their way [J]. In a setup
+  /// there is none, its forces take the place of those before. Collective.
   double follow(dem::Phase phase, LinkChange change, const OverlapLinks &links, LinkCells<dim> &cells,
-                const dem::Particles &particles, double dt, int n_stored, MPI_Comm comm)
+                const dem::Particles &particles, double dt, int n_stored, MPI_Comm comm) const
   {
     if (change == LinkChange::renumbered)
       cells.renumber(links);
-    if (phase != dem::Phase::step || !known)
-      return 0.;
-    return change == LinkChange::renewed ? half_way_of_moved(cells, particles, dt, n_stored, comm)
-                                         : half_way(cells, particles, dt);
+    return phase == dem::Phase::step && change == LinkChange::renewed ? half_way_of_moved(cells, particles, dt, n_stored, comm)
+                                                                      : 0.;
   }
 
-  /// Work over half a step at the particles' present velocities [J].
-  double half_way(const LinkCells<dim> &cells, const dem::Particles &particles, double dt) const
-  {
-    LinkLanes sum = {};
-    for (std::size_t k = 0; k < force.size(); ++k)
-    {
-      const int *particle = cells.batches()[k].particle;
-      for (int c = 0; c < dim; ++c)
-        sum += force[k][c] * load_lanes(particles.velocity.data(), particle, c);
-      for (int t = 0; t < n_turns; ++t)
-        sum += couple[k][t] * load_lanes(particles.angular_velocity.data(), particle, axis(t));
-    }
-    return 0.5 * dt * sum_of(sum);
-  }
-
-  /// The same when particles have changed rank, @p cells are those of before. Collective.
+private:
+  /// Work over half a step at the particles' present velocities, wherever these went [J]; @p cells are those of before.
+  /// Collective.
   double half_way_of_moved(const LinkCells<dim> &cells, const dem::Particles &particles, double dt, int n_stored,
                            MPI_Comm comm) const
   {
@@ -103,10 +93,8 @@ public:
     return 0.5 * dt * sum;
   }
 
-private:
   static constexpr int axis(int turn) { return dim == 2 ? 2 : turn; }
 
-  bool known = false; // of a step before, on all ranks alike: links are renewed before the first loads
   std::vector<std::array<LinkLanes, n_turns>> couple; // [N m]
   std::vector<std::array<int, n_link_lanes>> index;   // of the particles, in the packing
 };
