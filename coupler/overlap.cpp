@@ -84,12 +84,15 @@ std::vector<char> Overlap::on_region_border() const
           if (!converted[other] && !seen[other])
           {
             seen[other] = 1;
+            const Eigen::AlignedBox3d box = cell_box(mesh, other);
             particle_distance.for_each_near(other,
                                             [&](const int i, const Eigen::Vector3d &shift)
                                             {
-                                              if (particle_distance.values()[i] <= tolerance && !border[i])
-                                                border[i] = distance_to_cell(mesh, other, particle_distance.point(i) - shift) <=
-                                                            tolerance;
+                                              if (particle_distance.values()[i] > tolerance || border[i])
+                                                return;
+                                              const Eigen::Vector3d place = particle_distance.point(i) - shift;
+                                              border[i] = box.squaredExteriorDistance(place) <= tolerance * tolerance &&
+                                                          distance_to_cell(mesh, other, place) <= tolerance;
                                             });
           }
   return border;

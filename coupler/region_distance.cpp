@@ -69,6 +69,14 @@ Vector3d cell_centre(const fem::Mesh &mesh, int cell)
   return centre;
 }
 
+Eigen::AlignedBox3d cell_box(const fem::Mesh &mesh, int cell)
+{
+  Eigen::AlignedBox3d box;
+  for (int a = 0; a < mesh.cells.rows(); ++a)
+    box.extend(mesh.nodes.col(mesh.cells(a, cell)));
+  return box;
+}
+
 double distance_to_cell(const fem::Mesh &mesh, int cell, const Vector3d &point)
 {
   if (mesh.dim == 3)
@@ -136,14 +144,8 @@ bool RegionDistance::bins_around(int cell, const Vector3d &shift, Eigen::Vector3
 {
   if (points.cols() == 0)
     return false;
-  Vector3d lower = mesh.nodes.col(mesh.cells(0, cell)), upper = lower;
-  for (int a = 1; a < mesh.cells.rows(); ++a)
-  {
-    lower = lower.cwiseMin(mesh.nodes.col(mesh.cells(a, cell)));
-    upper = upper.cwiseMax(mesh.nodes.col(mesh.cells(a, cell)));
-  }
-  lower.array() += shift.array() - reach;
-  upper.array() += shift.array() + reach;
+  const Eigen::AlignedBox3d box = cell_box(mesh, cell);
+  const Vector3d lower = box.min().array() + shift.array() - reach, upper = box.max().array() + shift.array() + reach;
   if ((lower.array() > end.array()).any() || (upper.array() < origin.array()).any())
     return false;
   for (int axis = 0; axis < 3; ++axis)
@@ -156,11 +158,13 @@ bool RegionDistance::bins_around(int cell, const Vector3d &shift, Eigen::Vector3
 
 void RegionDistance::add_cell(int cell)
 {
+  const Eigen::AlignedBox3d box = cell_box(mesh, cell);
   for_each_near(cell,
                 [&](const int i, const Vector3d &shift)
                 {
-                  if (phi[i] > 0.)
-                    phi[i] = std::min(phi[i], distance_to_cell(mesh, cell, points.col(i) - shift));
+                  const Vector3d place = points.col(i) - shift;
+                  if (box.squaredExteriorDistance(place) < phi[i] * phi[i])
+                    phi[i] = std::min(phi[i], distance_to_cell(mesh, cell, place));
                 });
 }
 } // namespace kerf

@@ -3,13 +3,16 @@
 
 #include "fem_side/fem_side.h"
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 namespace kerf
 {
 /// Mean of the corners of a cell [m].
 Eigen::Vector3d cell_centre(const fem::Mesh &mesh, int cell);
+
+/// Smallest box along the axes around a cell: its distance from a point is a cheap lower bound.
+Eigen::AlignedBox3d cell_box(const fem::Mesh &mesh, int cell);
 
 /// Distance [m] of @p point from a mesh cell, zero inside (convex quadrilateral or hexahedron).
 double distance_to_cell(const fem::Mesh &mesh, int cell, const Eigen::Vector3d &point);

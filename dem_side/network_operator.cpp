@@ -3,6 +3,7 @@
 
 #include "dem_side/bond_kinematics.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <stdexcept>
 
@@ -43,19 +44,46 @@ NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stor
   }
 }
 
+namespace
+{
+using Vector1d = Eigen::Matrix<double, 1, 1>;
+
+Eigen::Vector3d cross(const Eigen::Vector3d &turn, const Eigen::Vector3d &arm)
+{
+  return turn.cross(arm);
+}
+Eigen::Vector2d cross(const Vector1d &turn, const Eigen::Vector2d &arm)
+{
+  return turn[0] * Eigen::Vector2d(-arm[1], arm[0]);
+}
+Eigen::Vector3d moment_of(const Eigen::Vector3d &arm, const Eigen::Vector3d &force)
+{
+  return arm.cross(force);
+}
+Vector1d moment_of(const Eigen::Vector2d &arm, const Eigen::Vector2d &force)
+{
+  return Vector1d(arm[0] * force[1] - arm[1] * force[0]);
+}
+} // namespace
+
 template <int dim>
 void NetworkOperator::add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const
 {
-  constexpr int dofs = particle_dofs<dim>;
   for (const Bond &bond : bonds)
   {
-    const Eigen::Matrix<double, dim, 1> n = bond.normal.head<dim>();
-    const auto relative = relative_displacement<dim>(n, bond.lever, bond.reach);
-    const Eigen::Matrix<double, dim, 1> opening = relative.template leftCols<dofs>() * x.segment<dofs>(bond.first) +
-                                                  relative.template rightCols<dofs>() * x.segment<dofs>(bond.second);
-    const Eigen::Matrix<double, dim, 1> force = bond.shear_k * opening + (bond.normal_k - bond.shear_k) * n.dot(opening) * n;
-    y.segment<dofs>(bond.first) += relative.template leftCols<dofs>().transpose() * force;
-    y.segment<dofs>(bond.second) += relative.template rightCols<dofs>().transpose() * force;
+    using Vector = Eigen::Matrix<double, dim, 1>;
+    using Spin = Eigen::Matrix<double, rotations<dim>, 1>;
+    // relative_displacement() times x written out: this is what searches for the highest mode do most.
+    const Vector n = bond.normal.head<dim>();
+    const Spin turn =
+      bond.lever * x.segment<rotations<dim>>(bond.first + dim) + bond.reach * x.segment<rotations<dim>>(bond.second + dim);
+    const Vector opening = x.segment<dim>(bond.second) - x.segment<dim>(bond.first) - cross(turn, n);
+    const Vector force = bond.shear_k * opening + (bond.normal_k - bond.shear_k) * n.dot(opening) * n;
+    const Spin moment = moment_of(n, force);
+    y.segment<dim>(bond.first) -= force;
+    y.segment<dim>(bond.second) += force;
+    y.segment<rotations<dim>>(bond.first + dim) -= bond.lever * moment;
+    y.segment<rotations<dim>>(bond.second + dim) -= bond.reach * moment;
   }
 }
 
