@@ -280,22 +280,17 @@ void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force
   network->add_product(x.tail(network->n_dofs()), force.tail(network->n_dofs()));
 }
 
-/// y is the motion times the root of the mass, so that the operator is symmetric.
-void CoupledOperator::apply(double dt, const Eigen::VectorXd &y, Eigen::VectorXd &result) const
+/// y is the motion times the root of the mass, so that the operator is symmetric. It obeys the multipliers already.
+void CoupledOperator::apply(double dt, const std::vector<double> &coefficients, const Eigen::VectorXd &y,
+                            Eigen::VectorXd &result) const
 {
-  Eigen::VectorXd allowed = y;
-  project(allowed);
-  const Eigen::VectorXd x = inverse_root_mass.cwiseProduct(allowed);
+  const Eigen::VectorXd x = inverse_root_mass.cwiseProduct(y);
   Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs());
   add_sides(x, force);
   force *= dt * dt;
-  for (const Tie &tie : ties)
-  {
-    const double coefficient = tie_coefficient(tie, dt);
-    if (coefficient == 0.)
-      continue;
-    pull(tie, coefficient * gap(tie, x), force);
-  }
+  for (std::size_t k = 0; k < ties.size(); ++k)
+    if (coefficients[k] != 0.)
+      pull(ties[k], coefficients[k] * gap(ties[k], x), force);
   result = inverse_root_mass.cwiseProduct(force);
   project(result);
 }
@@ -350,8 +345,11 @@ double CoupledOperator::highest(double dt, double tolerance, int max_products)
 {
   if (n_dofs() == 0)
     return 0.;
-  const HighestMode found =
-    highest_mode([&](const Eigen::VectorXd &x, Eigen::VectorXd &y) { apply(dt, x, y); }, start(), tolerance, max_products);
+  std::vector<double> coefficients;
+  for (const Tie &tie : ties)
+    coefficients.push_back(tie_coefficient(tie, dt));
+  const HighestMode found = highest_mode([&](const Eigen::VectorXd &x, Eigen::VectorXd &y) { apply(dt, coefficients, x, y); },
+                                         start(), tolerance, max_products);
   mode = found.vector;
   return found.value;
 }

@@ -70,7 +70,7 @@ private:
   void build_multipliers();
   void remove_masses_of_held(const std::vector<TiedParticle> &tied);
   double tie_coefficient(const Tie &tie, double dt) const;
-  void apply(double dt, const Eigen::VectorXd &y, Eigen::VectorXd &result) const;
+  void apply(double dt, const std::vector<double> &coefficients, const Eigen::VectorXd &y, Eigen::VectorXd &result) const;
   void add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force) const;
   void project(Eigen::VectorXd &y) const;
   Eigen::VectorXd start() const;

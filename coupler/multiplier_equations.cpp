@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/multiplier_equations.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace kerf
@@ -12,10 +13,20 @@ MultiplierEquations::MultiplierEquations(int dim, const std::vector<Row> &rows, 
   const auto matrix_of = [&](const auto &measure)
   {
     entries.clear();
-    for (const Row &row : rows)
-      for (int a = 0; a < row.n; ++a)
-        for (int b = 0; b < row.n; ++b)
-          entries.emplace_back(row.node[a], row.node[b], measure(row) * row.N[a] * row.N[b]);
+    for (std::size_t begin = 0, end; begin < rows.size(); begin = end)
+    {
+      // Rows of the same nodes stand side by side: their sum is one entry.
+      const Row &first = rows[begin];
+      double sum[8][8] = {};
+      for (end = begin;
+           end < rows.size() && rows[end].n == first.n && std::equal(first.node, first.node + first.n, rows[end].node); ++end)
+        for (int a = 0; a < first.n; ++a)
+          for (int b = 0; b < first.n; ++b)
+            sum[a][b] += measure(rows[end]) * rows[end].N[a] * rows[end].N[b];
+      for (int a = 0; a < first.n; ++a)
+        for (int b = 0; b < first.n; ++b)
+          entries.emplace_back(first.node[a], first.node[b], sum[a][b]);
+    }
     Eigen::SparseMatrix<double> matrix(inverse_node_mass.cols(), inverse_node_mass.cols());
     matrix.setFromTriplets(entries.begin(), entries.end());
     return matrix;
@@ -28,6 +39,13 @@ MultiplierEquations::MultiplierEquations(int dim, const std::vector<Row> &rows, 
   for (int axis = 0; axis < dim; ++axis)
   {
     const Eigen::VectorXd inverse_mass = inverse_node_mass.row(axis);
+    const auto like_before = [axis](const Row &row) { return row.inverse_mass[axis] == row.inverse_mass[axis - 1]; };
+    if (axis > 0 && inverse_mass.transpose() == inverse_node_mass.row(axis - 1) &&
+        std::all_of(rows.begin(), rows.end(), like_before))
+    {
+      keep_factors(axis, factors);
+      continue;
+    }
     Eigen::SparseMatrix<double> A = matrix_of([&](const Row &row) { return row.c * row.c * row.inverse_mass[axis]; });
     A += Eigen::SparseMatrix<double>(node_matrix * inverse_mass.asDiagonal() * node_matrix);
     // Nodes with few particles near them leave a multiplier undetermined; it does nothing then, whatever its value.
