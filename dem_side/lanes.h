@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #ifdef __AVX__
 #include <immintrin.h>
 #endif
@@ -73,6 +74,33 @@ inline void transpose(Lanes &a, Lanes &b, Lanes &c, Lanes &d)
   b.v = __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5);
   c.v = __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7);
   d.v = __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
+}
+
+/// The vectors of four particles that lie one after the other, three components each, by components.
+inline void load_vectors(const double *vectors, Lanes &x, Lanes &y, Lanes &z)
+{
+  Lanes::Vector a, b, c;
+  std::memcpy(&a, vectors, sizeof a);
+  std::memcpy(&b, vectors + 4, sizeof b);
+  std::memcpy(&c, vectors + 8, sizeof c);
+  const Lanes::Vector x2y2x3y3 = __builtin_shufflevector(b, c, 2, 3, 5, 6),
+                      y0z0y1z1 = __builtin_shufflevector(a, b, 1, 2, 4, 5);
+  x.v = __builtin_shufflevector(a, x2y2x3y3, 0, 3, 4, 6);
+  y.v = __builtin_shufflevector(y0z0y1z1, x2y2x3y3, 0, 2, 5, 7);
+  z.v = __builtin_shufflevector(y0z0y1z1, c, 1, 3, 4, 7);
+}
+/// The other way round.
+inline void store_vectors(double *vectors, const Lanes &x, const Lanes &y, const Lanes &z)
+{
+  const Lanes::Vector x0y0x2y2 = __builtin_shufflevector(x.v, y.v, 0, 4, 2, 6),
+                      y1z1y3z3 = __builtin_shufflevector(y.v, z.v, 1, 5, 3, 7),
+                      z0x1z2x3 = __builtin_shufflevector(z.v, x.v, 0, 5, 2, 7);
+  const Lanes::Vector a = __builtin_shufflevector(x0y0x2y2, z0x1z2x3, 0, 1, 4, 5),
+                      b = __builtin_shufflevector(y1z1y3z3, x0y0x2y2, 0, 1, 6, 7),
+                      c = __builtin_shufflevector(z0x1z2x3, y1z1y3z3, 2, 3, 6, 7);
+  std::memcpy(vectors, &a, sizeof a);
+  std::memcpy(vectors + 4, &b, sizeof b);
+  std::memcpy(vectors + 8, &c, sizeof c);
 }
 } // namespace kerf::dem
 

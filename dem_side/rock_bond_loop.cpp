@@ -410,6 +410,76 @@ void RockBondLoop<dim>::break_bond(const typename IntactBonds<dim>::Failing &bon
   dissipation.released += pair.share * (pair.weight * law::bond_energy<dim>(strain, parameters.bond) - left.energy + missing);
 }
 
+namespace
+{
+/// Arrays of LIGGGHTS from the first of some particles on.
+struct Motions
+{
+  double *force, *torque;
+  const double *velocity, *spin, *mass, *radius;
+};
+
+/// One half of local damping, opposed to the velocity on the step and in proportion to the load; returns the power of all
+/// damping. @param per_inertia acceleration per load
+template <int n>
+Lanes damp_load(double factor, double half_step, const Lanes (&velocity)[n], const Lanes &per_inertia,
+                const Lanes (&pair_damping)[n], Lanes (&load)[n])
+{
+  Lanes before[n], speed2 = 1e-200, load2 = 0.; // nothing at rest is damped
+  for (int c = 0; c < n; ++c)
+  {
+    before[c] = velocity[c] + half_step * per_inertia * load[c];
+    speed2 += before[c] * before[c];
+    load2 += load[c] * load[c];
+  }
+  const Lanes viscosity = factor * sqrt(load2 / speed2);
+  Lanes power = 0.;
+  for (int c = 0; c < n; ++c)
+  {
+    const Lanes extra = -viscosity * before[c];
+    load[c] += extra;
+    power += (pair_damping[c] + extra) * (velocity[c] + half_step * per_inertia * load[c]);
+  }
+  return power;
+}
+
+template <int dim>
+double damp_four(double factor, double half_step, const Motions &particles, const Load<dim> *viscous)
+{
+  constexpr int turns = dim == 2 ? 1 : 3;
+  Lanes mass, radius, force[3], torque[3], velocity[3], spin[3], pair_force[dim], pair_torque[turns];
+  std::memcpy(&mass.v, particles.mass, sizeof mass);
+  std::memcpy(&radius.v, particles.radius, sizeof radius);
+  load_vectors(particles.force, force[0], force[1], force[2]);
+  load_vectors(particles.torque, torque[0], torque[1], torque[2]);
+  load_vectors(particles.velocity, velocity[0], velocity[1], velocity[2]);
+  load_vectors(particles.spin, spin[0], spin[1], spin[2]);
+  for (int lane = 0; lane < Lanes::size; ++lane)
+  {
+    for (int c = 0; c < dim; ++c)
+      pair_force[c].set(lane, viscous[lane].force[c]);
+    for (int c = 0; c < turns; ++c)
+      pair_torque[c].set(lane, viscous[lane].torque[c]);
+  }
+  const Lanes per_mass = 1. / mass, per_inertia = per_mass / (inertia_factor<dim> * radius * radius);
+  Lanes power;
+  if constexpr (dim == 2)
+  {
+    Lanes in_plane[] = {force[0], force[1]}, about_z[] = {torque[2]};
+    const Lanes velocity_in_plane[] = {velocity[0], velocity[1]}, spin_about_z[] = {spin[2]};
+    power = damp_load<2>(factor, half_step, velocity_in_plane, per_mass, pair_force, in_plane) +
+            damp_load<1>(factor, half_step, spin_about_z, per_inertia, pair_torque, about_z);
+    force[0] = in_plane[0], force[1] = in_plane[1], torque[2] = about_z[0];
+  }
+  else
+    power = damp_load<3>(factor, half_step, velocity, per_mass, pair_force, force) +
+            damp_load<3>(factor, half_step, spin, per_inertia, pair_torque, torque);
+  store_vectors(particles.force, force[0], force[1], force[2]);
+  store_vectors(particles.torque, torque[0], torque[1], torque[2]);
+  return (power[0] + power[1]) + (power[2] + power[3]);
+}
+} // namespace
+
 template <int dim>
 void RockBondLoop<dim>::damp(bool step)
 {
@@ -419,26 +489,31 @@ void RockBondLoop<dim>::damp(bool step)
   LAMMPS_NS::Atom &atom = *lmp.atom;
   const double half_step = step ? 0.5 * parameters.time_step : 0.; // at setup the velocities are on the step already
   double power = 0.;
-  // One half of local damping (F, v) or (T, w) with the acceleration per force; returns the power of all damping.
-  const auto damp_one = [&](auto load, const auto &velocity, const auto &pair_damping, double per_inertia)
+  for (int i = 0; i < atom.nlocal; i += Lanes::size)
   {
-    const auto before = (velocity + half_step * per_inertia * load).eval();
-    const double speed2 = before.squaredNorm();
-    auto damping = pair_damping.eval();
-    if (factor > 0. && speed2 > 0.)
+    const int n = std::min(Lanes::size, atom.nlocal - i);
+    if (n == Lanes::size)
+      power += damp_four<dim>(
+        factor, half_step, {atom.f[i], atom.torque[i], atom.v[i], atom.omega[i], &atom.rmass[i], &atom.radius[i]}, &viscous[i]);
+    else
     {
-      const auto extra = (-factor * std::sqrt(load.squaredNorm() / speed2) * before).eval();
-      load += extra;
-      damping += extra;
+      // The last ones, filled up with particles that nothing acts on.
+      double f[12] = {}, torque[12] = {}, v[12] = {}, omega[12] = {}, mass[] = {1., 1., 1., 1.}, radius[] = {1., 1., 1., 1.};
+      Load<dim> pair_damping[Lanes::size];
+      for (Load<dim> &load : pair_damping)
+        load = {law::Vector<dim>::Zero(), law::Spin<dim>::Zero()};
+      const auto copy = [&](const double *from, double *to, int components) { std::copy(from, from + components * n, to); };
+      copy(atom.f[i], f, 3);
+      copy(atom.torque[i], torque, 3);
+      copy(atom.v[i], v, 3);
+      copy(atom.omega[i], omega, 3);
+      copy(&atom.rmass[i], mass, 1);
+      copy(&atom.radius[i], radius, 1);
+      std::copy(&viscous[i], &viscous[i] + n, pair_damping);
+      power += damp_four<dim>(factor, half_step, {f, torque, v, omega, mass, radius}, pair_damping);
+      std::copy(f, f + 3 * n, atom.f[i]);
+      std::copy(torque, torque + 3 * n, atom.torque[i]);
     }
-    return damping.dot(velocity + half_step * per_inertia * load);
-  };
-  for (int i = 0; i < atom.nlocal; ++i)
-  {
-    const double per_mass = 1. / atom.rmass[i];
-    power += damp_one(vector<dim>(atom.f[0] + 3 * i), vector<dim>(atom.v[0] + 3 * i), viscous[i].force, per_mass);
-    power += damp_one(spin<dim>(atom.torque[0] + 3 * i), spin<dim>(atom.omega[0] + 3 * i), viscous[i].torque,
-                      per_mass / (inertia_factor<dim> * atom.radius[i] * atom.radius[i]));
   }
   if (step)
     dissipation.damping -= parameters.time_step * power;

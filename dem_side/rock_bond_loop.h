@@ -8,6 +8,14 @@
 
 namespace kerf::dem
 {
+/// On one particle.
+template <int dim>
+struct Load
+{
+  law::Vector<dim> force;
+  law::Spin<dim> torque;
+};
+
 /// The pair loop of the rock bond. Intact bonds and other pairs of LIGGGHTS' lists go through loops of their own; what a step
 /// needs of both is collected when LIGGGHTS builds its lists. LIGGGHTS' contact history is written when a bond breaks and by
 /// contacts, so that particles that change rank take the present state along.
@@ -70,14 +78,8 @@ private:
   double bond_power(const OrderedPair &pair, const law::BondStrain<dim> &strain, const PairHistory &history) const;
   double viscosity(const OrderedPair &pair) const;
 
-  struct Load
-  {
-    Vector force;
-    law::Spin<dim> torque;
-  };
-
-  std::vector<Row> rows;     ///< local and ghost particles at the last force computation
-  std::vector<Load> viscous; ///< part of the loads on local particles
+  std::vector<Row> rows;          ///< local and ghost particles at the last force computation
+  std::vector<Load<dim>> viscous; ///< part of the loads on local particles
   IntactBonds<dim> intact;
   std::vector<LoosePair> loose_pairs;
   // Most loose pairs are apart. They are looked at again when a particle has moved by half the gap that near ones are within.
