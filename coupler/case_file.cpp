@@ -456,8 +456,6 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   if (result.corrector && result.constraint != ConstraintMethod::penalty &&
       result.constraint != ConstraintMethod::penalty_mass_scaled)
     reader.fail("Coupling", "Corrector", "is for the methods penalty and penalty_mass_scaled, multipliers need none");
-  if (result.corrector && dim == 3)
-    reader.fail("Coupling", "Corrector", "is for two dimensions");
   if (result.corrector && result.interface_damping > 0.)
     reader.fail("Coupling", "Corrector", "has no interface damping, set Coupling/Interface damping = 0");
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "coupler/corrected_penalty.h"
 #include "coupler/diagonal_constraint.h"
 #include "coupler/multiplier_constraint.h"
 #include "coupler/penalty_constraint.h"
@@ -14,6 +13,9 @@ PenaltyConstraint::Settings penalty_settings(const Case &settings, double dt)
   penalty.stiffness = settings.penalty_ratio * settings.bond.k_n;
   penalty.time_step = dt;
   penalty.damping = settings.interface_damping;
+  penalty.corrector = settings.corrector;
+  penalty.k_n = settings.bond.k_n;
+  penalty.k_t = settings.bond.k_t;
   return penalty;
 }
 
@@ -29,9 +31,6 @@ std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Pac
     return std::make_unique<DiagonalConstraint>(DiagonalConstraint::Settings{comm, dt, settings.penalty_ratio}, packing);
   PenaltyConstraint::Settings penalty = penalty_settings(settings, dt);
   penalty.comm = comm;
-  if (settings.corrector)
-    return std::make_unique<CorrectedPenalty>(CorrectedPenalty::Settings{penalty, settings.bond.k_n, settings.bond.k_t},
-                                              packing);
   return std::make_unique<PenaltyConstraint>(penalty, packing);
 }
 } // namespace kerf

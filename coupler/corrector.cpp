@@ -1,34 +1,31 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/corrector.h"
 
-#include "coupler/region_distance.h"
 #include "dem_side/network_operator.h"
+#include "dem_side/stored_bonds.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
+#include <unordered_map>
 
 namespace kerf
 {
-Corrector::Corrector(const dem::Packing &packing, double k_n, double k_t, const fem::FemSide &fem) : packing(packing), fem(fem)
+Corrector::Corrector(const dem::Packing &packing, double k_n, double k_t, const fem::FemSide &fem)
+  : packing(packing), place_of(fem.locate(packing.positions)), recovered(fem)
 {
-  const fem::Mesh &mesh = fem.mesh();
-  Eigen::Matrix3Xd points(3, mesh.n_cells());
-  for (int cell = 0; cell < mesh.n_cells(); ++cell)
-    points.col(cell) = cell_centre(mesh, cell);
-  centre = fem.locate(points);
-  cells_of_node.resize(mesh.n_nodes());
-  for (int cell = 0; cell < mesh.n_cells(); ++cell)
-    for (int a = 0; a < centre[cell].n; ++a)
-      cells_of_node[centre[cell].nodes[a]].push_back(cell);
-  solve(packing, k_n, k_t);
+  packing.dim == 2 ? solve<2>(k_n, k_t, fem.mesh().n_nodes()) : solve<3>(k_n, k_t, fem.mesh().n_nodes());
 }
 
 /// Conjugate gradients among the motions that leave the means, scaled by the diagonal of K.
-void Corrector::solve(const dem::Packing &packing, double k_n, double k_t)
+template <int dim>
+void Corrector::solve(double k_n, double k_t, int n_nodes)
 {
+  using Components = StrainComponents<dim>;
   const int n = packing.size();
   std::vector<int> all(n);
   std::iota(all.begin(), all.end(), 0);
@@ -36,15 +33,16 @@ void Corrector::solve(const dem::Packing &packing, double k_n, double k_t)
   const dem::NetworkOperator network(packing, bonds, dem::NetworkOperator::Material{k_n, k_t, 1.}, all, std::vector<char>(n, 1),
                                      Eigen::VectorXd::Ones(n));
   Eigen::VectorXd scale = network.diagonal(); // D^-1/2; loose particles have no stiffness and no part in the means
+  // In a lattice loads cancel; what round-off leaves of them is nothing to solve for.
+  const double nothing = 1e-24 * scale.sum() * packing.mean_diameter * packing.mean_diameter;
   scale = scale.unaryExpr([](double k) { return k > 0. ? 1. / std::sqrt(k) : 0.; });
 
-  const std::vector<fem::Interpolation> place = fem.locate(packing.positions);
   std::vector<Eigen::Triplet<double>> entries;
   for (int i = 0; i < n; ++i)
-    for (int a = 0; a < place[i].n; ++a)
-      for (int c = 0; c < 2; ++c)
-        entries.emplace_back(2 * place[i].nodes[a] + c, 3 * i + c, place[i].N[a] * packing.volume(i) * scale[3 * i + c]);
-  Eigen::SparseMatrix<double> W(2 * fem.mesh().n_nodes(), network.n_dofs());
+    for (int a = 0; a < place_of[i].n; ++a)
+      for (int c = 0, dof = per_particle() * i; c < dim; ++c, ++dof)
+        entries.emplace_back(dim * place_of[i].nodes[a] + c, dof, place_of[i].N[a] * packing.volume(i) * scale[dof]);
+  Eigen::SparseMatrix<double> W(dim * n_nodes, network.n_dofs());
   W.setFromTriplets(entries.begin(), entries.end());
   Eigen::SparseMatrix<double> S = W * Eigen::SparseMatrix<double>(W.transpose());
   const double largest = S.diagonal().maxCoeff();
@@ -56,14 +54,13 @@ void Corrector::solve(const dem::Packing &packing, double k_n, double k_t)
 
   constexpr double tolerance = 1e-7;
   constexpr int most = 3000;
-  fluctuation.setZero(network.n_dofs(), 3);
-  for (int k = 0; k < 3; ++k)
+  fluctuation.setZero(network.n_dofs(), Components::n);
+  for (int k = 0; k < Components::n; ++k)
   {
+    const auto [first, second] = Components::axes[k];
     Eigen::Matrix3d strain = Eigen::Matrix3d::Zero();
-    if (k < 2)
-      strain(k, k) = 1.;
-    else
-      strain(0, 1) = strain(1, 0) = 0.5;
+    strain(first, second) += 0.5;
+    strain(second, first) += 0.5;
     Eigen::VectorXd load = Eigen::VectorXd::Zero(network.n_dofs());
     network.add_homogeneous(strain, load);
     Eigen::VectorXd r = -scale.cwiseProduct(load), y = Eigen::VectorXd::Zero(r.size());
@@ -71,7 +68,7 @@ void Corrector::solve(const dem::Packing &packing, double k_n, double k_t)
     Eigen::VectorXd p = r;
     double rr = r.squaredNorm();
     const double start = rr;
-    for (int iteration = 0; rr > tolerance * tolerance * start; ++iteration)
+    for (int iteration = 0; rr > std::max(tolerance * tolerance * start, nothing); ++iteration)
     {
       if (iteration == most)
         throw std::runtime_error("the fluctuations of the packing about a uniform strain do not converge");
@@ -90,56 +87,193 @@ void Corrector::solve(const dem::Packing &packing, double k_n, double k_t)
   }
 }
 
-std::vector<Corrector::Row> Corrector::rows(const std::vector<int> &particles, const Eigen::VectorXd &node_mass) const
+std::vector<Corrector::Row> Corrector::rows(const std::vector<int> &particles) const
 {
-  std::vector<char> counts(centre.size());
-  for (std::size_t cell = 0; cell < centre.size(); ++cell)
-    counts[cell] = std::all_of(centre[cell].nodes.begin(), centre[cell].nodes.begin() + centre[cell].n,
-                               [&](int node) { return node_mass[node] > 0.; });
-  Eigen::Matrix3Xd points(3, particles.size());
-  for (std::size_t k = 0; k < particles.size(); ++k)
-    points.col(k) = packing.positions.col(particles[k]);
-  const std::vector<fem::Interpolation> found = fem.locate(points);
+  return packing.dim == 2 ? rows_in<2>(particles) : rows_in<3>(particles);
+}
+
+namespace
+{
+/// The nodes that the particles of a cell see, and what each corner's gradient has of them.
+struct Surroundings
+{
+  std::vector<int> node;
+  Eigen::Matrix3Xd share; // 8 columns a node
+};
+} // namespace
+
+template <int dim>
+std::vector<Corrector::Row> Corrector::rows_in(const std::vector<int> &particles) const
+{
+  std::unordered_map<int, Surroundings> cells;
+  const auto surroundings_of = [&](const fem::Interpolation &place) -> const Surroundings &
+  {
+    const auto entry = cells.emplace(place.cell, Surroundings());
+    Surroundings &around = entry.first->second;
+    if (!entry.second)
+      return around;
+    std::unordered_map<int, int> column;
+    for (int a = 0; a < place.n; ++a)
+    {
+      column.emplace(place.nodes[a], static_cast<int>(column.size()));
+      around.node.push_back(place.nodes[a]); // the corners first
+    }
+    around.share.setZero(3, 8 * place.n);
+    for (int a = 0; a < place.n; ++a)
+      for (const RecoveredGradient::Entry &of_node : recovered.at(place.nodes[a]))
+      {
+        const auto known = column.emplace(of_node.node, static_cast<int>(column.size()));
+        if (known.second)
+        {
+          around.node.push_back(of_node.node);
+          around.share.conservativeResize(3, 8 * around.node.size());
+          around.share.rightCols<8>().setZero();
+        }
+        around.share.col(8 * known.first->second + a) += of_node.share;
+      }
+    return around;
+  };
 
   std::vector<Row> result(particles.size());
   for (std::size_t k = 0; k < particles.size(); ++k)
   {
+    const fem::Interpolation &place = place_of[particles[k]];
+    const Surroundings &around = surroundings_of(place);
     Row &row = result[k];
-    std::vector<Eigen::Vector2d> gradient; // of the recovered field, by node
-    const auto at = [&](int node)
+    row.node.reserve(around.node.size());
+    row.P.reserve(around.node.size());
+    for (std::size_t b = 0; b < around.node.size(); ++b)
     {
-      const auto place = std::find(row.node.begin(), row.node.end(), node) - row.node.begin();
-      if (place == static_cast<std::ptrdiff_t>(row.node.size()))
-      {
-        row.node.push_back(node);
-        row.P.push_back(Eigen::Matrix<double, 3, 2>::Zero());
-        gradient.push_back(Eigen::Vector2d::Zero());
-      }
-      return place;
-    };
-    for (int a = 0; a < found[k].n; ++a)
-    {
-      if (found[k].N[a] <= 1e-12)
+      Eigen::Vector3d gradient = Eigen::Vector3d::Zero(); // of the recovered field
+      for (int a = 0; a < place.n; ++a)
+        if (place.N[a] > 1e-12)
+          gradient += place.N[a] * around.share.col(8 * b + a);
+      const double N = b < static_cast<std::size_t>(place.n) && place.N[b] > 1e-12 ? place.N[b] : 0.;
+      if (N == 0. && gradient.isZero(0.))
         continue;
-      const auto own = at(found[k].nodes[a]);
-      row.P[own](0, 0) += found[k].N[a];
-      row.P[own](1, 1) += found[k].N[a];
-      row.P[own](2, 0) -= 0.5 * found[k].dN(1, a);
-      row.P[own](2, 1) += 0.5 * found[k].dN(0, a);
-      int n_cells = 0;
-      for (const int cell : cells_of_node[found[k].nodes[a]])
-        n_cells += counts[cell];
-      for (const int cell : cells_of_node[found[k].nodes[a]])
-        if (counts[cell])
-          for (int b = 0; b < centre[cell].n; ++b)
-            gradient[at(centre[cell].nodes[b])] += found[k].N[a] / n_cells * centre[cell].dN.col(b).head<2>();
+      Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
+      for (int c = 0; c < dim; ++c)
+        P(c, c) = N;
+      for (int s = 0; s < StrainComponents<dim>::n; ++s)
+      {
+        const auto [p, q] = StrainComponents<dim>::axes[s];
+        for (int c = 0; c < dim; ++c)
+        {
+          P(c, p) += of(particles[k], c, s) * gradient[q];
+          if (p != q)
+            P(c, q) += of(particles[k], c, s) * gradient[p];
+        }
+      }
+      row.node.push_back(around.node[b]);
+      row.P.push_back(P);
     }
-    const Eigen::Matrix3d C = of(particles[k]);
-    for (std::size_t b = 0; b < row.node.size(); ++b)
+  }
+  return result;
+}
+
+void Corrector::place(std::vector<dem::NewParticle> &particles, const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v) const
+{
+  packing.dim == 2 ? place_in<2>(particles, u, v) : place_in<3>(particles, u, v);
+}
+
+template <int dim>
+void Corrector::place_in(std::vector<dem::NewParticle> &particles, const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v) const
+{
+  using Eigen::Matrix3d;
+  using Eigen::Vector3d;
+  std::unordered_map<int, std::array<Matrix3d, 2>> at_nodes; // gradients of displacement and velocity
+  const auto gradients_at = [&](int node) -> const std::array<Matrix3d, 2> &
+  {
+    const auto entry = at_nodes.emplace(node, std::array<Matrix3d, 2>{{Matrix3d::Zero(), Matrix3d::Zero()}});
+    if (entry.second)
+      for (const RecoveredGradient::Entry &around : recovered.at(node))
+      {
+        entry.first->second[0] += u.col(around.node) * around.share.transpose();
+        entry.first->second[1] += v.col(around.node) * around.share.transpose();
+      }
+    return entry.first->second;
+  };
+  for (std::size_t k = 0; k < particles.size(); ++k)
+  {
+    dem::NewParticle &particle = particles[k];
+    const fem::Interpolation &place = place_of[particle.index];
+    Matrix3d F = Matrix3d::Identity(), rate = Matrix3d::Zero(), E = rate, E_rate = rate;
+    constexpr int corners = 1 << dim;
+    int n = 0;
+    const auto add = [&](int node, double N)
     {
-      row.P[b].col(0) += C.col(0) * gradient[b][0] + C.col(2) * gradient[b][1];
-      row.P[b].col(1) += C.col(1) * gradient[b][1] + C.col(2) * gradient[b][0];
+      const auto &[H, H_rate] = gradients_at(node);
+      F += H / corners;
+      rate += H_rate / corners;
+      E += 0.5 * N * (H + H.transpose() + H.transpose() * H);
+      E_rate += 0.5 * N * (H_rate + H_rate.transpose() + H.transpose() * H_rate + H_rate.transpose() * H);
+      ++n;
+    };
+    int first = -1;
+    for (int a = 0; a < place.n; ++a)
+      if (place.N[a] > 1e-12)
+      {
+        add(place.nodes[a], place.N[a]);
+        first = first < 0 ? place.nodes[a] : first;
+      }
+    while (first >= 0 && n < corners) // corners that a point does not need are the first one, as in LinkCells
+      add(first, 0.);
+    Eigen::Matrix<double, 6, 1> moved = Eigen::Matrix<double, 6, 1>::Zero(), moving = moved; // turns last
+    for (int s = 0; s < StrainComponents<dim>::n; ++s)
+    {
+      const auto [p, q] = StrainComponents<dim>::axes[s];
+      const double twice = p == q ? 1. : 2.;
+      for (int c = 0; c < per_particle(); ++c)
+      {
+        const int component = dim == 2 && c == 2 ? 5 : c;
+        moved[component] += of(particle.index, c, s) * twice * E(p, q);
+        moving[component] += of(particle.index, c, s) * twice * E_rate(p, q);
+      }
     }
+    particle.displacement += F * moved.head<3>();
+    particle.velocity += rate * moved.head<3>() + F * moving.head<3>();
+    particle.rotation += F * moved.tail<3>();
+    particle.angular_velocity += F * moving.tail<3>();
+  }
+}
+
+namespace
+{
+/// Largest factor by which P lengthens a vector.
+double size_of(const Eigen::Matrix3d &P, int dim)
+{
+  if (dim == 3)
+  {
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> squares;
+    squares.computeDirect(P.transpose() * P, Eigen::EigenvaluesOnly);
+    return std::sqrt(std::max(0., squares.eigenvalues()[2]));
+  }
+  const double sum = P.topLeftCorner<2, 2>().squaredNorm(), det = P(0, 0) * P(1, 1) - P(0, 1) * P(1, 0);
+  return std::sqrt(0.5 * (sum + std::sqrt(std::max(0., sum * sum - 4. * det * det))));
+}
+} // namespace
+
+std::vector<double> inverse_masses_of_nodes(const std::vector<Corrector::Row> &rows, const std::vector<TiedParticle> &tied,
+                                            const Eigen::VectorXd &node_mass, int dim)
+{
+  std::vector<std::vector<double>> size(rows.size());
+  Eigen::VectorXd shares = Eigen::VectorXd::Zero(node_mass.size());
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    for (std::size_t b = 0; b < rows[k].node.size(); ++b)
+    {
+      size[k].push_back(size_of(rows[k].P[b], dim));
+      shares[rows[k].node[b]] += tied[k].share * size[k][b];
+    }
+  std::vector<double> result;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+  {
+    double sum = 0.;
+    for (std::size_t b = 0; b < rows[k].node.size() && sum >= 0.; ++b)
+    {
+      const int node = rows[k].node[b];
+      sum = node_mass[node] > 0. ? sum + size[k][b] * shares[node] / node_mass[node] : -1.;
+    }
+    result.push_back(sum);
   }
   return result;
 }

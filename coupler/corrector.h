@@ -1,46 +1,83 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "dem_side/packing.h"
-#include "dem_side/stored_bonds.h"
-#include "fem_side/fem_side.h"
+#include "coupler/overlap.h"
+#include "coupler/recovered_gradient.h"
+#include "dem_side/dem_side.h"
 
+#include <array>
+#include <unordered_map>
 #include <vector>
 
 namespace kerf
 {
+/// Components of a strain. Those off the diagonal are shear angles, twice the tensor's.
+template <int dim>
+struct StrainComponents;
+template <>
+struct StrainComponents<2>
+{
+  static constexpr int n = 3;
+  static constexpr int axes[n][2] = {{0, 0}, {1, 1}, {0, 1}};
+};
+template <>
+struct StrainComponents<3>
+{
+  static constexpr int n = 6;
+  static constexpr int axes[n][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+};
+
 /// How the particles of a random packing fluctuate about a smooth field, by the strain of the field: C_i of
 ///   K C + W^T lambda = -K (eps x),   W C = 0,   W = N^T m,
 /// for each unit strain eps of the bonded packing as it lies in the store, with its free surfaces. The mean around every node
-/// stays that of the field, so only what the cells cannot resolve is left. Two dimensions.
+/// stays that of the field, so only what the cells cannot resolve is left. A particle belongs at
+///   X_i + u + F C_i : E,   u = N u_a,   E = N E_a,   E_a = (F_a^T F_a - 1)/2,   F_a = 1 + H_a
+/// with the gradients H_a recovered at the nodes and F the mean of F_a over the corners of its cell. So the fluctuation turns
+/// with the rock, and an energy of the gap to that place is none of a rotation: it keeps angular momentum.
 class Corrector
 {
 public:
-  /// A particle's displacement [m] and rotation [rad] by the displacements of nodes: sum_b P_b u_b with rows x, y, rotation.
+  /// A particle's displacement by the displacements of nodes, about the body at rest: sum_b P_b u_b.
   struct Row
   {
     std::vector<int> node; ///< of the mesh
-    std::vector<Eigen::Matrix<double, 3, 2>> P;
+    std::vector<Eigen::Matrix3d> P;
   };
 
-  /// @param packing and @param fem are kept by reference
+  /// @param packing kept by reference
   Corrector(const dem::Packing &packing, double k_n, double k_t, const fem::FemSide &fem);
 
-  /// Rows N + C : B_rec of particles. B_rec is the mean over the cells around a node of the strains at their centres,
-  /// interpolated with N; cells whose nodes do not all have mass do not count, as such nodes rest.
-  /// @param node_mass by node [kg]
-  std::vector<Row> rows(const std::vector<int> &particles, const Eigen::VectorXd &node_mass) const;
+  /// Before rows, places or gradients are asked for. @param node_mass by node [kg]
+  void set_masses(const Eigen::VectorXd &node_mass) { recovered.set_masses(node_mass); }
 
-  /// Displacement and rotation of particle @p i for unit strains xx, yy and 2 xy [m], [rad].
-  Eigen::Matrix3d of(int i) const { return fluctuation.middleRows<3>(3 * i); }
+  /// Rows N + C : B of particles, B the strains interpolated from those recovered at the nodes.
+  std::vector<Row> rows(const std::vector<int> &particles) const;
+
+  /// Moves particles from the smooth field to where they belong, with the rates that go with it.
+  /// @param u displacement and @param v velocity of all nodes
+  void place(std::vector<dem::NewParticle> &particles, const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v) const;
+
+  /// Displacement [m] of particle @p i for a unit strain.
+  double of(int i, int component, int strain) const { return fluctuation(per_particle() * i + component, strain); }
+  const RecoveredGradient &gradient() const { return recovered; }
 
 private:
-  void solve(const dem::Packing &packing, double k_n, double k_t);
+  int per_particle() const { return packing.dim == 2 ? 3 : 6; }
+  template <int dim>
+  void solve(double k_n, double k_t, int n_nodes);
+  template <int dim>
+  std::vector<Row> rows_in(const std::vector<int> &particles) const;
+  template <int dim>
+  void place_in(std::vector<dem::NewParticle> &particles, const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v) const;
 
   const dem::Packing &packing;
-  const fem::FemSide &fem;
-  Eigen::MatrixX3d fluctuation;
-  std::vector<fem::Interpolation> centre; // of each cell
-  std::vector<std::vector<int>> cells_of_node;
+  std::vector<fem::Interpolation> place_of; // of the particles
+  Eigen::MatrixXd fluctuation;              // translations, then rotations of each particle by unit strains
+  RecoveredGradient recovered;
 };
+
+/// For each row, sum_b |P_b|/M_b sum_j share_j |P_jb| [1/kg]: with 1/m_i the inverse of the mass that the spring moves, see
+/// OverlapLinks::tied_masses(). Negative when a node has no mass.
+std::vector<double> inverse_masses_of_nodes(const std::vector<Corrector::Row> &rows, const std::vector<TiedParticle> &tied,
+                                            const Eigen::VectorXd &node_mass, int dim);
 } // namespace kerf

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/coupled_operator.h"
 
-#include "coupler/corrected_penalty.h"
+#include "coupler/corrector.h"
 #include "coupler/gather.h"
 #include "coupler/multiplier_constraint.h"
 #include "coupler/noise.h"
@@ -23,7 +23,7 @@ bool contains(const Box &box, const Eigen::Vector3d &point)
 
 CoupledOperator::CoupledOperator(const Case &settings, const fem::FemSide &fem, const dem::Packing &packing,
                                  const Overlap &overlap, const std::vector<TiedParticle> &tied, const std::vector<char> &active,
-                                 const Box &part, MPI_Comm comm, const Corrector *corrector)
+                                 const Box &part, MPI_Comm comm, Corrector *corrector)
   : settings(settings), dim(packing.dim)
 {
   add_cells(fem, part, comm);
@@ -154,14 +154,15 @@ void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &pack
 }
 
 /// Gives the ties their whole rows and the masses that go with them.
-void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<TiedParticle> &tied, const Corrector &corrector)
+void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<TiedParticle> &tied, Corrector &corrector)
 {
   const Eigen::VectorXd node_mass = fem.gather(fem::NodalField::mass).row(0);
   std::vector<int> indices;
   for (const TiedParticle &particle : tied)
     indices.push_back(particle.index);
-  const std::vector<Corrector::Row> rows = corrector.rows(indices, node_mass);
-  const std::vector<double> others = inverse_masses_of_nodes(rows, tied, node_mass);
+  corrector.set_masses(node_mass);
+  const std::vector<Corrector::Row> rows = corrector.rows(indices);
+  const std::vector<double> others = inverse_masses_of_nodes(rows, tied, node_mass, dim);
   std::vector<Tie> whole;
   for (const Tie &known : ties)
   {
@@ -174,7 +175,7 @@ void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<Ti
       const auto node = node_place.find(rows[k].node[b]);
       inside = node != node_place.end();
       if (inside)
-        tie.row.emplace_back(dim * node->second, rows[k].P[b].topRows<2>());
+        tie.row.emplace_back(dim * node->second, rows[k].P[b]);
     }
     tie.mu = 1. / (1. / tie.mass + others[k]);
     if (inside)
@@ -188,7 +189,7 @@ Eigen::Vector3d CoupledOperator::gap(const Tie &tie, const Eigen::VectorXd &x) c
   Eigen::Vector3d chi = Eigen::Vector3d::Zero();
   chi.head(dim) = x.segment(tie.particle, dim);
   for (const auto &[node, P] : tie.row)
-    chi.head<2>() -= P * x.segment<2>(node);
+    chi.head(dim) -= P.topLeftCorner(dim, dim) * x.segment(node, dim);
   for (int a = 0; a < tie.n && tie.row.empty(); ++a)
     chi.head(dim) -= tie.N[a] * x.segment(tie.node[a], dim);
   return chi;
@@ -198,7 +199,7 @@ void CoupledOperator::pull(const Tie &tie, const Eigen::Vector3d &value, Eigen::
 {
   force.segment(tie.particle, dim) += value.head(dim);
   for (const auto &[node, P] : tie.row)
-    force.segment<2>(node) -= P.transpose() * value.head<2>();
+    force.segment(node, dim) -= P.topLeftCorner(dim, dim).transpose() * value.head(dim);
   for (int a = 0; a < tie.n && tie.row.empty(); ++a)
     force.segment(tie.node[a], dim) -= tie.N[a] * value.head(dim);
 }

@@ -25,7 +25,7 @@ public:
   /// Collective.
   CoupledOperator(const Case &settings, const fem::FemSide &fem, const dem::Packing &packing, const Overlap &overlap,
                   const std::vector<TiedParticle> &tied, const std::vector<char> &active, const Box &part, MPI_Comm comm,
-                  const Corrector *corrector = nullptr);
+                  Corrector *corrector = nullptr);
 
   int n_dofs() const { return static_cast<int>(inverse_root_mass.size()); }
 
@@ -47,7 +47,7 @@ private:
     double share = 1., mass = 0., mu = 0.;            ///< [-], [kg], [kg]
     double measure = 0.;                              ///< c of the multipliers
     double weight = 0.;                               ///< of the particle
-    std::vector<std::pair<int, Eigen::Matrix2d>> row; ///< in place of N with a corrector: first degrees of freedom, P
+    std::vector<std::pair<int, Eigen::Matrix3d>> row; ///< in place of N with a corrector: first degrees of freedom, P
   };
   Eigen::Vector3d gap(const Tie &tie, const Eigen::VectorXd &x) const;
   void pull(const Tie &tie, const Eigen::Vector3d &value, Eigen::VectorXd &force) const;
@@ -66,7 +66,7 @@ private:
   void add_cells(const fem::FemSide &fem, const Box &part, MPI_Comm comm);
   void add_ties(const fem::FemSide &fem, const dem::Packing &packing, const Overlap &overlap,
                 const std::vector<TiedParticle> &tied);
-  void correct_ties(const fem::FemSide &fem, const std::vector<TiedParticle> &tied, const Corrector &corrector);
+  void correct_ties(const fem::FemSide &fem, const std::vector<TiedParticle> &tied, Corrector &corrector);
   void build_multipliers();
   void remove_masses_of_held(const std::vector<TiedParticle> &tied);
   double tie_coefficient(const Tie &tie, double dt) const;

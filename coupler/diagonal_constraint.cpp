@@ -108,8 +108,11 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
       power += ties.loads.add_couples(k, chi, ties.cells, particles);
     }
     for (int c = 0; c < dim; ++c)
+    {
+      const auto sums = sums_of(reaction[c]);
       for (int a = 0; a < corners; ++a)
-        node_force(c, cell.node[a]) += sum_of(reaction[c][a]);
+        node_force(c, cell.node[a]) += sums[a];
+    }
   }
   return sum_of(power);
 }

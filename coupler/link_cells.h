@@ -19,6 +19,25 @@ inline double sum_of(const LinkLanes &v)
   return (v[0] + v[1]) + (v[2] + v[3]);
 }
 
+/// sum_of() of each, four at a time.
+template <std::size_t n>
+std::array<double, n> sums_of(const LinkLanes (&v)[n])
+{
+  static_assert(n % 4 == 0 && n_link_lanes == 4);
+  std::array<double, n> sums;
+  for (std::size_t k = 0; k < n; k += 4)
+  {
+    const auto pairs = [&](std::size_t i) -> LinkLanes
+    { return __builtin_shufflevector(v[i], v[i + 1], 0, 4, 2, 6) + __builtin_shufflevector(v[i], v[i + 1], 1, 5, 3, 7); };
+    const LinkLanes first = pairs(k), second = pairs(k + 2);
+    const LinkLanes four =
+      __builtin_shufflevector(first, second, 0, 1, 4, 5) + __builtin_shufflevector(first, second, 2, 3, 6, 7);
+    for (int l = 0; l < 4; ++l)
+      sums[k + l] = four[l];
+  }
+  return sums;
+}
+
 /// The links of a rank cell by cell, several at once: the nodes of a cell are looked up and pushed once for all of its links.
 template <int dim>
 class LinkCells

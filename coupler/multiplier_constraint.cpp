@@ -222,9 +222,12 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
       ties.velocity[k] = own_velocity;
       subtract_vectors<dim>(particles.force.data(), batch.particle, taken);
     }
-    for (int a = 0; a < corners; ++a)
-      for (int row = 0; row < 3 * dim; ++row)
-        sums(row, cell.node[a]) += sum_of(sum[row][a]);
+    for (int row = 0; row < 3 * dim; ++row)
+    {
+      const auto of_nodes = sums_of(sum[row]);
+      for (int a = 0; a < corners; ++a)
+        sums(row, cell.node[a]) += of_nodes[a];
+    }
   }
   stored = sum_of(energy);
   int n_ranks = 1;

@@ -105,13 +105,13 @@ void OverlapLinks::renew(const dem::Particles &particles, fem::FemSide &fem)
 
   const auto n_nodes = static_cast<std::size_t>(fem.mesh().n_nodes());
   std::vector<int> column(n_nodes, -1);
-  window.clear();
+  shown.clear();
   const auto show = [&](int node)
   {
     if (column[node] < 0)
     {
-      column[node] = static_cast<int>(window.size());
-      window.push_back(node);
+      column[node] = static_cast<int>(shown.size());
+      shown.push_back(node);
     }
     return column[node];
   };
@@ -136,7 +136,12 @@ void OverlapLinks::renew(const dem::Particles &particles, fem::FemSide &fem)
     Eigen::Map<Eigen::Vector3d>(link.origin.data()) = packing.positions.col(particles.index[i]);
     list.push_back(link);
   }
-  fem.set_window(window);
+  n_nodes_of_links = n_window();
+  if (nodes_around)
+    for (int a = 0; a < n_nodes_of_links; ++a)
+      for (const int node : nodes_around(shown[a]))
+        show(node);
+  fem.set_window(shown);
 }
 
 std::vector<double> OverlapLinks::tied_masses(const dem::Particles &particles, fem::FemSide &fem) const

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace kerf
@@ -46,6 +47,8 @@ public:
   OverlapLinks(const dem::Packing &packing, WindowNodes window, MPI_Comm comm);
 
   void set_particles(const std::vector<TiedParticle> &particles);
+  /// The window is to show the nodes @p around each node of a link, too.
+  void widen(std::function<std::vector<int>(int node)> around) { nodes_around = std::move(around); }
   int n_particles() const { return static_cast<int>(tied.size()); }
 
   /// Links for the particles as they lie on this rank now; the same answer on all ranks. Sets the window of the finite elements
@@ -59,7 +62,9 @@ public:
   std::vector<double> tied_masses(const dem::Particles &particles, fem::FemSide &fem) const;
 
   const std::vector<OverlapLink> &links() const { return list; }
-  int n_window() const { return static_cast<int>(window.size()); }
+  const std::vector<int> &window() const { return shown; } ///< nodes of the mesh, those of the links first
+  int n_window() const { return static_cast<int>(shown.size()); }
+  int n_carriers() const { return n_nodes_of_links; }
 
   /// value of the particle - sum_a N_a value of node a
   template <typename ParticleValues>
@@ -102,7 +107,9 @@ private:
   std::vector<Row> rows;
   std::vector<int> row_of; // by index in the packing: place among the rows, -1 for particles that are not tied
   std::vector<OverlapLink> list;
-  std::vector<int> window; // node numbers
+  std::function<std::vector<int>(int)> nodes_around;
+  std::vector<int> shown;
+  int n_nodes_of_links = 0;
   bool stale = true, located = true;
   std::uint64_t order = 0;
 };

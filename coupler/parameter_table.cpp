@@ -193,7 +193,7 @@ const std::vector<Parameter> &parameter_table()
           ""),
     entry("Coupling", "Corrector", "none", one_of("none|weak"), "-",
           "weak: the penalties tie a particle to the field and its own fluctuation for the strain of the field, from a static "
-          "solve of the packing that keeps the means around nodes; two dimensions",
+          "solve of the packing that keeps the means around nodes",
           ""),
     entry("Coupling", "Breaking weight", "0", between(0., 1.), "-",
           "bonds of less weight do not break: the finite elements carry most of what they stand for, and those are elastic",

@@ -23,16 +23,52 @@ PenaltyConstraint::PenaltyConstraint(const Settings &settings, const dem::Packin
   : settings(settings), packing(packing), links(packing, WindowNodes::own, settings.comm),
     damping_work(settings.time_step, settings.comm)
 {
+  if (settings.corrector)
+    links.widen([this](int node) { return corrector->gradient().nodes_around(node); });
 }
 
 void PenaltyConstraint::set_particles(const std::vector<TiedParticle> &particles)
 {
   links.set_particles(particles);
+  if (settings.corrector)
+    tied = particles;
+  of_nodes.clear();
+}
+
+const Corrector &PenaltyConstraint::corrector_for(const fem::FemSide &fem)
+{
+  if (!corrector)
+    corrector = std::make_unique<Corrector>(packing, settings.k_n, settings.k_t, fem);
+  corrector->set_masses(fem.gather(fem::NodalField::mass).row(0));
+  return *corrector;
+}
+
+void PenaltyConstraint::place(std::vector<dem::NewParticle> &particles, const fem::FemSide &fem)
+{
+  if (settings.corrector)
+    corrector_for(fem).place(particles, fem.gather(fem::NodalField::displacement), fem.gather(fem::NodalField::velocity));
+}
+
+/// As OverlapLinks::tied_masses(), of the rows with fluctuations.
+std::vector<double> PenaltyConstraint::masses_of_rows(const dem::Particles &particles, const fem::FemSide &fem)
+{
+  if (of_nodes.empty())
+  {
+    std::vector<int> indices;
+    for (const TiedParticle &particle : tied)
+      indices.push_back(particle.index);
+    of_nodes =
+      inverse_masses_of_nodes(corrector_for(fem).rows(indices), tied, fem.gather(fem::NodalField::mass).row(0), packing.dim);
+  }
+  std::vector<double> masses;
+  for (const OverlapLink &link : links.links())
+    masses.push_back(of_nodes[link.row] < 0. ? 0. : 1. / (1. / particles.mass[link.particle] + of_nodes[link.row]));
+  return masses;
 }
 
 void PenaltyConstraint::choose_springs(const dem::Particles &particles, fem::FemSide &fem)
 {
-  const std::vector<double> masses = links.tied_masses(particles, fem);
+  const std::vector<double> masses = settings.corrector ? masses_of_rows(particles, fem) : links.tied_masses(particles, fem);
   stiffness.clear();
   viscosity.clear();
   for (std::size_t k = 0; k < masses.size(); ++k)
@@ -44,42 +80,157 @@ void PenaltyConstraint::choose_springs(const dem::Particles &particles, fem::Fem
 }
 
 template <int dim>
-void PenaltyConstraint::pull(Springs<dim> &springs, LinkChange change, dem::Particles &particles)
+void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &particles, fem::FemSide &fem)
 {
+  choose_springs(particles, fem);
+  springs.cells.assign(links);
+  springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
+  if (!settings.corrector)
+    return;
+  springs.fluctuation.resize(springs.stiffness.size());
+  for (int c = 0; c < dim; ++c)
+    for (int s = 0; s < StrainComponents<dim>::n; ++s)
+    {
+      const std::vector<LinkLanes> lanes =
+        springs.cells.lanes_of([&](std::size_t k) { return corrector->of(particles.index[links.links()[k].particle], c, s); });
+      for (std::size_t k = 0; k < lanes.size(); ++k)
+        springs.fluctuation[k][c][s] = lanes[k];
+    }
+  std::vector<int> column(fem.mesh().n_nodes(), -1);
+  for (int a = 0; a < links.n_window(); ++a)
+    column[links.window()[a]] = a;
+  gradient_rows.clear();
+  for (int a = 0; a < links.n_carriers(); ++a)
+    gradient_rows.add(corrector->gradient().at(links.window()[a]), column);
+}
+
+template <int dim>
+void PenaltyConstraint::apply(Springs<dim> &springs, dem::Particles &particles, fem::FemSide &fem)
+{
+  if (settings.corrector && !corrector)
+    corrector_for(fem);
+  const LinkChange change = links.update(particles, fem);
   if (change == LinkChange::renewed)
-  {
-    springs.cells.assign(links);
-    springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
-  }
+    renew(springs, particles, fem);
   else if (change == LinkChange::renumbered)
     springs.cells.renumber(links);
-  packing.periodic.isZero(0.) ? pull<dim, false>(springs, particles) : pull<dim, true>(springs, particles);
+
+  fem.read_window(fem::NodalField::displacement, node_displacement);
+  node_force.setZero(3, links.n_window());
+  const bool periodic = !packing.periodic.isZero(0.);
+  if (settings.corrector)
+  {
+    recover_strains<dim>();
+    periodic ? pull<dim, true, true>(springs, particles) : pull<dim, false, true>(springs, particles);
+    spread_strain_forces<dim>();
+  }
+  else
+    periodic ? pull<dim, true, false>(springs, particles) : pull<dim, false, false>(springs, particles);
+  fem.add_window_forces(node_force);
+}
+
+/// Green's strain at the nodes of the links, and room for what springs give to it and to the gradients.
+template <int dim>
+void PenaltyConstraint::recover_strains()
+{
+  using Components = StrainComponents<dim>;
+  gradient_rows.gather<dim>(node_displacement, node_gradient);
+  node_strain.resize(Components::n, links.n_carriers());
+  for (int a = 0; a < links.n_carriers(); ++a)
+  {
+    const double *H = node_gradient.col(a).data();
+    for (int s = 0; s < Components::n; ++s)
+    {
+      const auto [p, q] = Components::axes[s];
+      double strain = H[dim * p + q] + H[dim * q + p];
+      for (int c = 0; c < dim; ++c)
+        strain += H[dim * c + p] * H[dim * c + q];
+      node_strain(s, a) = p == q ? 0.5 * strain : strain;
+    }
+  }
+  strain_force.setZero(Components::n, links.n_carriers());
+  gradient_force.setZero(dim * dim, links.n_carriers());
+}
+
+/// The transpose: from strains to gradients, from those to the nodes around.
+template <int dim>
+void PenaltyConstraint::spread_strain_forces()
+{
+  using Components = StrainComponents<dim>;
+  for (int a = 0; a < links.n_carriers(); ++a)
+  {
+    const double *H = node_gradient.col(a).data();
+    double *force = gradient_force.col(a).data();
+    for (int s = 0; s < Components::n; ++s)
+    {
+      const auto [p, q] = Components::axes[s];
+      const double stress = strain_force(s, a);
+      for (int c = 0; c < dim; ++c)
+      {
+        force[dim * c + q] += (H[dim * c + p] + (c == p)) * stress;
+        if (p != q)
+          force[dim * c + p] += (H[dim * c + q] + (c == q)) * stress;
+      }
+    }
+  }
+  gradient_rows.scatter<dim>(gradient_force, node_force);
 }
 
 /// f_i = -k_i chi_i and its reaction.
-template <int dim, bool periodic>
+template <int dim, bool periodic, bool corrected>
 void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &particles)
 {
-  constexpr int corners = LinkCells<dim>::corners;
+  constexpr int corners = LinkCells<dim>::corners, n_strains = corrected ? StrainComponents<dim>::n : 0;
   LinkLanes energy = {};
   std::size_t k = 0;
   for (const auto &cell : springs.cells.cells())
   {
-    double u[dim][corners];
-    LinkLanes reaction[dim][corners] = {};
-    for (int c = 0; c < dim; ++c)
-      for (int a = 0; a < corners; ++a)
+    double u[dim][corners], strain[n_strains + 1][corners], turn[dim][dim]; // turn: F
+    LinkLanes reaction[dim][corners] = {}, strained[n_strains + 1][corners] = {}, turned[dim][dim] = {};
+    for (int a = 0; a < corners; ++a)
+    {
+      for (int c = 0; c < dim; ++c)
         u[c][a] = node_displacement(c, cell.node[a]);
+      for (int s = 0; s < n_strains; ++s)
+        strain[s][a] = node_strain(s, cell.node[a]);
+    }
+    if constexpr (corrected)
+      for (int c = 0; c < dim; ++c)
+        for (int d = 0; d < dim; ++d)
+        {
+          double sum = 0.;
+          for (int a = 0; a < corners; ++a)
+            sum += node_gradient(dim * c + d, cell.node[a]);
+          turn[c][d] = (c == d) + sum / corners;
+        }
     for (; static_cast<int>(k) < cell.end; ++k)
     {
       const auto &batch = springs.cells.batches()[k];
       const auto position = load_vectors<dim>(particles.position.data(), batch.particle);
-      std::array<LinkLanes, dim> force;
+      std::array<LinkLanes, dim> force, place, fluctuation = {};
       for (int c = 0; c < dim; ++c)
       {
-        LinkLanes chi = position[c] - batch.origin[c];
+        place[c] = batch.origin[c];
         for (int a = 0; a < corners; ++a)
-          chi -= batch.N[a] * u[c][a];
+          place[c] += batch.N[a] * u[c][a];
+      }
+      if constexpr (corrected)
+      {
+        for (int s = 0; s < n_strains; ++s)
+        {
+          LinkLanes here = {};
+          for (int a = 0; a < corners; ++a)
+            here += batch.N[a] * strain[s][a];
+          for (int c = 0; c < dim; ++c)
+            fluctuation[c] += springs.fluctuation[k][c][s] * here;
+        }
+        for (int c = 0; c < dim; ++c)
+          for (int d = 0; d < dim; ++d)
+            place[c] += turn[c][d] * fluctuation[d];
+      }
+      for (int c = 0; c < dim; ++c)
+      {
+        LinkLanes chi = position[c] - place[c];
         if (periodic && packing.periodic[c] > 0.)
           wrap_lanes(chi, packing.periodic[c]);
         force[c] = springs.stiffness[k] * chi;
@@ -88,10 +239,45 @@ void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &partic
         energy += 0.5 * force[c] * chi;
       }
       subtract_vectors<dim>(particles.force.data(), batch.particle, force);
+      if constexpr (corrected)
+      {
+        LinkLanes turned_back[dim] = {};
+        for (int c = 0; c < dim; ++c)
+          for (int d = 0; d < dim; ++d)
+          {
+            turned_back[d] += turn[c][d] * force[c];
+            turned[c][d] += force[c] * fluctuation[d];
+          }
+        for (int s = 0; s < n_strains; ++s)
+        {
+          LinkLanes stress = {};
+          for (int c = 0; c < dim; ++c)
+            stress += springs.fluctuation[k][c][s] * turned_back[c];
+          for (int a = 0; a < corners; ++a)
+            strained[s][a] += batch.N[a] * stress;
+        }
+      }
     }
     for (int c = 0; c < dim; ++c)
+    {
+      const auto sums = sums_of(reaction[c]);
       for (int a = 0; a < corners; ++a)
-        node_force(c, cell.node[a]) += sum_of(reaction[c][a]);
+        node_force(c, cell.node[a]) += sums[a];
+    }
+    for (int s = 0; s < n_strains; ++s)
+    {
+      const auto sums = sums_of(strained[s]);
+      for (int a = 0; a < corners; ++a)
+        strain_force(s, cell.node[a]) += sums[a];
+    }
+    if constexpr (corrected)
+      for (int c = 0; c < dim; ++c)
+        for (int d = 0; d < dim; ++d)
+        {
+          const double share = sum_of(turned[c][d]) / corners;
+          for (int a = 0; a < corners; ++a)
+            gradient_force(dim * c + d, cell.node[a]) += share;
+        }
   }
   stored = sum_of(energy);
 }
@@ -112,17 +298,10 @@ void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::
   if (settings.damping > 0.)
     damping_work.begin(phase, particles, fem);
   n_local = particles.n;
-  const LinkChange change = links.update(particles, fem);
-  if (change == LinkChange::renewed)
-    choose_springs(particles, fem);
-
-  fem.read_window(fem::NodalField::displacement, node_displacement);
-  node_force.setZero(3, links.n_window());
   if (packing.dim == 2)
-    pull(springs_2d, change, particles);
+    apply(springs_2d, particles, fem);
   else
-    pull(springs_3d, change, particles);
-  fem.add_window_forces(node_force);
+    apply(springs_3d, particles, fem);
   if (settings.damping > 0.)
     add_damping(particles, fem);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "coupler/constraint.h"
+#include "coupler/corrector.h"
 #include "coupler/interface_work.h"
 #include "coupler/link_cells.h"
 #include "coupler/overlap_links.h"
@@ -14,6 +15,8 @@ namespace kerf
 ///  with
 ///    the masses towards both ends of the overlap and adds at most beta to dt^2 omega^2, whatever the cells and weights.
 /// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical.
+/// With a corrector chi_i is the gap to the place that a particle of a random packing fluctuates to about the smooth field (see
+/// Corrector), and nodes get the exact gradient of the springs' energy: no rotation changes it, so it keeps both momenta.
 class PenaltyConstraint : public Constraint
 {
 public:
@@ -24,7 +27,9 @@ public:
     double stiffness = 0.; ///< k_DF [N/m] (2D: per metre), constant penalty only
     double beta = 0.;      ///< mass-scaled penalty only
     double time_step = 0.; ///< [s]
-    double damping = 0.;   ///< xi [-]
+    double damping = 0.;   ///< xi [-], not with a corrector
+    bool corrector = false;
+    double k_n = 0., k_t = 0.; ///< of the bonds, for the corrector [N/m]
   };
 
   /// @param packing kept by reference
@@ -32,6 +37,7 @@ public:
 
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
+  void place(std::vector<dem::NewParticle> &particles, const fem::FemSide &fem) override;
   Tie tie() const override { return Tie::spring; }
   Eigen::VectorXd springs() const override;
   ConstraintEnergy energy() const override { return {stored, -damping_work.local()}; }
@@ -44,12 +50,22 @@ private:
   {
     LinkCells<dim> cells;
     std::vector<LinkLanes> stiffness; ///< [N/m]
+    /// C of the particles by component and strain [m], with a corrector only
+    std::vector<std::array<std::array<LinkLanes, StrainComponents<dim>::n>, dim>> fluctuation;
   };
   template <int dim>
-  void pull(Springs<dim> &springs, LinkChange change, dem::Particles &particles);
-  template <int dim, bool periodic>
+  void renew(Springs<dim> &springs, const dem::Particles &particles, fem::FemSide &fem);
+  template <int dim>
+  void apply(Springs<dim> &springs, dem::Particles &particles, fem::FemSide &fem);
+  template <int dim>
+  void recover_strains();
+  template <int dim>
+  void spread_strain_forces();
+  template <int dim, bool periodic, bool corrected>
   void pull(const Springs<dim> &springs, dem::Particles &particles);
 
+  const Corrector &corrector_for(const fem::FemSide &fem);
+  std::vector<double> masses_of_rows(const dem::Particles &particles, const fem::FemSide &fem);
   void choose_springs(const dem::Particles &particles, fem::FemSide &fem);
   void add_damping(dem::Particles &particles, fem::FemSide &fem);
 
@@ -59,6 +75,12 @@ private:
   Springs<2> springs_2d; // one of the two
   Springs<3> springs_3d;
   std::vector<double> stiffness, viscosity; // of each link
+  std::unique_ptr<Corrector> corrector;     // made when the finite elements are known
+  std::vector<TiedParticle> tied;           // with a corrector only, like the rest
+  std::vector<double> of_nodes;             // of 1/mu of each of them, what the nodes add [1/kg]; empty: not known yet
+  GradientRows gradient_rows;
+  Eigen::MatrixXd node_gradient, node_strain;   // of the links' nodes, see GradientRows and StrainComponents
+  Eigen::MatrixXd gradient_force, strain_force; // what springs give to them
   Eigen::Matrix3Xd node_displacement, node_velocity, node_force;
   int n_local = 0; // particles of this rank
   double stored = 0.;

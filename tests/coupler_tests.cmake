@@ -7,6 +7,7 @@ kerf_test(coupler_loads LABEL coupling RANKS 2 SOURCES verification/coupler_load
 kerf_test(coupler_body LABEL coupling RANKS 2 SOURCES verification/coupler_body.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_periodic LABEL coupling RANKS 2 SOURCES verification/coupler_periodic.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_patch LABEL coupling RANKS 2 SOURCES verification/coupler_patch.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_corrector LABEL coupling RANKS 2 SOURCES verification/coupler_corrector.cpp LIBRARIES kerf_coupling)
 kerf_test(adaptivity_front LABEL adaptivity SOURCES verification/adaptivity_front.cpp LIBRARIES kerf_coupling)
 kerf_test(adaptivity_changes LABEL adaptivity SOURCES verification/adaptivity_changes.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_loose LABEL adaptivity RANKS 2 SOURCES verification/coupler_loose.cpp LIBRARIES kerf_coupling)

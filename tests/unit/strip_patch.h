@@ -51,16 +51,18 @@ inline double displacement_at(Body &body, double x, Direction direction, double 
   return sum / n;
 }
 
+constexpr double until_rest = 3.6e-4; ///< 20 passages of a P wave through 70 d [s]
+
 /// Lets a strip come to rest that was strained but for its first cells, where the ends of the particles are held, and is held
-/// at the other end. Returns its energy [J].
-inline double energy_at_rest(Body &body, Direction direction, double elongation)
+/// at the other end, in a duration [s]. Returns its energy [J].
+inline double energy_at_rest(Body &body, Direction direction, double elongation, double duration = until_rest)
 {
   const double length = body.settings.mesh.upper[0], first = body.settings.mesh.cell_size;
   body.set_state([&](const Eigen::Vector3d &x)
                  { return Eigen::Vector3d(elongation * std::max(0., x[0] - first) / (length - first) * unit(direction)); },
                  [](const Eigen::Vector3d &) { return Eigen::Vector3d(Eigen::Vector3d::Zero()); });
   body.model.start();
-  body.model.advance(static_cast<int>(3.6e-4 / body.dt)); // 20 passages of a P wave
+  body.model.advance(static_cast<int>(duration / body.dt));
   const EnergyLedger energy = body.model.energies();
   EXPECT_LT(energy.kinetic, 1e-3 * energy.elastic);
   return energy.elastic + energy.coupling;
@@ -82,9 +84,59 @@ inline double force_through(Body &body, double from, double to, Direction direct
   return sum;
 }
 
+/// Elongations of the parts of a strip for the force that goes through [m/N].
+struct Flexibilities
+{
+  double region = 0., gauge = 0., overlap = 0.;
+};
+/// Where strains of the particle region are measured: clear of the held end and of the overlap [m].
+inline double gauge_end(const Case &settings)
+{
+  return settings.fixed_region[0].upper[0] - 4. * Strip::d;
+}
+inline double elongation_of(const Case &settings)
+{
+  return 1e-5 * (settings.mesh.upper[0] - settings.mesh.cell_size);
+}
+
+/// Of a strip of particles alone, after a duration [s].
+inline Flexibilities flexibilities(const Case &settings, const dem::Packing &packing, Direction direction,
+                                   double duration = until_rest)
+{
+  const double region = settings.fixed_region[0].upper[0], gauge = gauge_end(settings);
+  Body particles(settings, packing, Mode::dem);
+  energy_at_rest(particles, direction, elongation_of(settings), duration);
+  const double force = force_through(particles, 6. * Strip::d, gauge, direction);
+  const double at_region = displacement_at(particles, region, direction, 1e-5);
+  return {at_region / force, displacement_at(particles, gauge, direction, 1e-5) / force,
+          (displacement_at(particles, region + settings.overlap_width, direction, 1e-5) - at_region) / force};
+}
+
 /// A packing is softer here and stiffer there, by some per cent. Run as particles alone, the strip tells the flexibility of its
-/// parts: their elongation for the force that goes through. In the coupled strip cells with the rock's modulus take the place
-/// of the last part, and mix with the particles over the overlap by the weights.
+/// parts. In the coupled strip cells with the rock's modulus take the place of the last part, and mix with the particles over
+/// the overlap by the weights.
+inline PatchErrors patch_errors(const Case &settings, const dem::Packing &packing, const Flexibilities &of, Direction direction,
+                                double duration = until_rest)
+{
+  const fem::Material &rock = settings.rock;
+  const double modulus = direction == Direction::tension ? rock.lame_lambda() + 2. * rock.lame_mu() : rock.lame_mu();
+  const double overlap = settings.overlap_width, cells = settings.mesh.upper[0] - settings.fixed_region[0].upper[0] - overlap;
+  const double section = settings.mesh.upper[1] * (packing.dim == 3 ? settings.mesh.upper[2] : 1.);
+  const double elongation = elongation_of(settings), of_rock = 1. / (modulus * section); // and metre
+
+  Body coupled(settings, packing, Mode::fixed);
+  const double energy = energy_at_rest(coupled, direction, elongation, duration);
+  // Mean of 1/((1 - a) ratio + a) over the weights a.
+  const double ratio = of_rock * overlap / of.overlap;
+  const double mixed = of_rock * overlap * (std::abs(ratio - 1.) < 1e-6 ? 1. : std::log(ratio) / (ratio - 1.));
+  const double expected_force = elongation / (of.region + mixed + of_rock * cells);
+  PatchErrors errors;
+  errors.strain = displacement_at(coupled, gauge_end(settings), direction, 1e-5) / (expected_force * of.gauge) - 1.;
+  errors.energy = (energy - 0.5 * expected_force * elongation) / (0.5 * expected_force * expected_force * mixed);
+  return errors;
+}
+
+/// Of a strip in two dimensions.
 inline PatchErrors random_errors(const Case &method, int seed, Direction direction, int overlap_cells)
 {
   Strip shape;
@@ -100,29 +152,6 @@ inline PatchErrors random_errors(const Case &method, int seed, Direction directi
   strip.settings.fluctuation_relaxation = 0.05;
   strip.settings.local_damping = 0.4;
   hold_ends(strip.settings);
-  const fem::Material &rock = strip.settings.rock;
-  const double modulus = direction == Direction::tension ? rock.lame_lambda() + 2. * rock.lame_mu() : rock.lame_mu();
-  const double region = shape.region_end(), overlap = shape.overlap_width(), cells = shape.length() - region - overlap;
-  const double elongation = 1e-5 * (shape.length() - shape.cell_length());
-  const double from = 6. * Strip::d, to = region - 4. * Strip::d; // clear of the held end and of the overlap
-
-  Body particles(strip.settings, strip.packing, Mode::dem);
-  energy_at_rest(particles, direction, elongation);
-  const double force = force_through(particles, from, to, direction);
-  const double at_region = displacement_at(particles, region, direction, 1e-5);
-  const double of_region = at_region / force, of_gauge = displacement_at(particles, to, direction, 1e-5) / force,
-               of_overlap = (displacement_at(particles, region + overlap, direction, 1e-5) - at_region) / force;
-  const double of_rock = 1. / (modulus * shape.height()); // and metre
-
-  Body coupled(strip.settings, strip.packing, Mode::fixed);
-  const double energy = energy_at_rest(coupled, direction, elongation);
-  // Mean of 1/((1 - a) ratio + a) over the weights a.
-  const double ratio = of_rock * overlap / of_overlap;
-  const double mixed = of_rock * overlap * (std::abs(ratio - 1.) < 1e-6 ? 1. : std::log(ratio) / (ratio - 1.));
-  const double expected_force = elongation / (of_region + mixed + of_rock * cells);
-  PatchErrors errors;
-  errors.strain = displacement_at(coupled, to, direction, 1e-5) / (expected_force * of_gauge) - 1.;
-  errors.energy = (energy - 0.5 * expected_force * elongation) / (0.5 * expected_force * expected_force * mixed);
-  return errors;
+  return patch_errors(strip.settings, strip.packing, flexibilities(strip.settings, strip.packing, direction), direction);
 }
 } // namespace kerf::test

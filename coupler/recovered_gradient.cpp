@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/recovered_gradient.h"
+
+#include "coupler/region_distance.h"
+
+#include <algorithm>
+
+namespace kerf
+{
+RecoveredGradient::RecoveredGradient(const fem::FemSide &fem)
+{
+  const fem::Mesh &mesh = fem.mesh();
+  Eigen::Matrix3Xd points(3, mesh.n_cells());
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    points.col(cell) = cell_centre(mesh, cell);
+  centre = fem.locate(points);
+  cells_of_node.resize(mesh.n_nodes());
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    for (int a = 0; a < centre[cell].n; ++a)
+      cells_of_node[centre[cell].nodes[a]].push_back(cell);
+  counts.assign(centre.size(), 1);
+}
+
+void RecoveredGradient::set_masses(const Eigen::VectorXd &node_mass)
+{
+  for (std::size_t cell = 0; cell < centre.size(); ++cell)
+    counts[cell] = std::all_of(centre[cell].nodes.begin(), centre[cell].nodes.begin() + centre[cell].n,
+                               [&](int node) { return node_mass[node] > 0.; });
+}
+
+std::vector<RecoveredGradient::Entry> RecoveredGradient::at(int node) const
+{
+  std::vector<Entry> entries;
+  int n_cells = 0;
+  for (const int cell : cells_of_node[node])
+    n_cells += counts[cell];
+  for (const int cell : cells_of_node[node])
+    if (counts[cell])
+      for (int b = 0; b < centre[cell].n; ++b)
+      {
+        auto found =
+          std::find_if(entries.begin(), entries.end(), [&](const Entry &entry) { return entry.node == centre[cell].nodes[b]; });
+        if (found == entries.end())
+          found = entries.insert(entries.end(), {centre[cell].nodes[b], Eigen::Vector3d::Zero()});
+        found->share += centre[cell].dN.col(b) / n_cells;
+      }
+  return entries;
+}
+
+std::vector<int> RecoveredGradient::nodes_around(int node) const
+{
+  std::vector<int> nodes;
+  for (const int cell : cells_of_node[node])
+    nodes.insert(nodes.end(), centre[cell].nodes.begin(), centre[cell].nodes.begin() + centre[cell].n);
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+void GradientRows::add(const std::vector<RecoveredGradient::Entry> &of_node, const std::vector<int> &column_of_node)
+{
+  for (const RecoveredGradient::Entry &entry : of_node)
+    entries.push_back({column_of_node[entry.node], entry.share});
+  end.push_back(static_cast<int>(entries.size()));
+}
+} // namespace kerf
