@@ -27,7 +27,8 @@ enum class Tie
 /// Ties the particles of the overlap to the displacement field of the finite elements:
 /// chi_i = u_i - sum_a N_a(X_i) u_a = 0 (seed, eq. 3). A method decides which forces enforce it. Every method pushes particles
 /// and nodes by opposite forces along the rows of N, which sum to one, and a force that does not act along chi comes with the
-/// couple that its lever makes: linear and angular momentum are kept.
+/// couple that its lever makes, or all forces are the gradient of an energy that no rotation changes (see Corrector): linear
+/// and angular momentum are kept.
 class Constraint
 {
 public:

@@ -253,25 +253,52 @@ double size_of(const Eigen::Matrix3d &P, int dim)
 }
 } // namespace
 
-std::vector<double> inverse_masses_of_nodes(const std::vector<Corrector::Row> &rows, const std::vector<TiedParticle> &tied,
-                                            const Eigen::VectorXd &node_mass, int dim)
+std::vector<const Corrector::Lengths *> Corrector::lengths(const std::vector<int> &particles)
 {
-  std::vector<std::vector<double>> size(rows.size());
+  std::unordered_map<int, Lengths> before = std::move(known_lengths);
+  known_lengths.clear();
+  std::vector<int> pending;
+  for (const int i : particles)
+  {
+    const int change = recovered.last_change(place_of[i]);
+    const auto known = before.find(i);
+    if (known != before.end() && known->second.known_at == change)
+      known_lengths.emplace(i, std::move(known->second));
+    else
+    {
+      pending.push_back(i);
+      known_lengths[i].known_at = change;
+    }
+  }
+  const std::vector<Row> fresh = rows(pending);
+  for (std::size_t k = 0; k < pending.size(); ++k)
+  {
+    Lengths &row = known_lengths[pending[k]];
+    row.node = fresh[k].node;
+    for (const Eigen::Matrix3d &P : fresh[k].P)
+      row.length.push_back(size_of(P, packing.dim));
+  }
+  std::vector<const Lengths *> result;
+  for (const int i : particles)
+    result.push_back(&known_lengths[i]);
+  return result;
+}
+
+std::vector<double> inverse_masses_of_nodes(const std::vector<const Corrector::Lengths *> &rows,
+                                            const std::vector<TiedParticle> &tied, const Eigen::VectorXd &node_mass)
+{
   Eigen::VectorXd shares = Eigen::VectorXd::Zero(node_mass.size());
   for (std::size_t k = 0; k < rows.size(); ++k)
-    for (std::size_t b = 0; b < rows[k].node.size(); ++b)
-    {
-      size[k].push_back(size_of(rows[k].P[b], dim));
-      shares[rows[k].node[b]] += tied[k].share * size[k][b];
-    }
+    for (std::size_t b = 0; b < rows[k]->node.size(); ++b)
+      shares[rows[k]->node[b]] += tied[k].share * rows[k]->length[b];
   std::vector<double> result;
-  for (std::size_t k = 0; k < rows.size(); ++k)
+  for (const Corrector::Lengths *row : rows)
   {
     double sum = 0.;
-    for (std::size_t b = 0; b < rows[k].node.size() && sum >= 0.; ++b)
+    for (std::size_t b = 0; b < row->node.size() && sum >= 0.; ++b)
     {
-      const int node = rows[k].node[b];
-      sum = node_mass[node] > 0. ? sum + size[k][b] * shares[node] / node_mass[node] : -1.;
+      const double mass = node_mass[row->node[b]];
+      sum = mass > 0. ? sum + row->length[b] * shares[row->node[b]] / mass : -1.;
     }
     result.push_back(sum);
   }

@@ -53,6 +53,16 @@ public:
   /// Rows N + C : B of particles, B the strains interpolated from those recovered at the nodes.
   std::vector<Row> rows(const std::vector<int> &particles) const;
 
+  /// What the nodes of a row are moved by at most: |P_b|.
+  struct Lengths
+  {
+    std::vector<int> node;
+    std::vector<double> length;
+    int known_at = -1; ///< RecoveredGradient::last_change()
+  };
+  /// Of rows; those of the particles asked for before are kept, until the next call.
+  std::vector<const Lengths *> lengths(const std::vector<int> &particles);
+
   /// Moves particles from the smooth field to where they belong, with the rates that go with it.
   /// @param u displacement and @param v velocity of all nodes
   void place(std::vector<dem::NewParticle> &particles, const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v) const;
@@ -74,10 +84,11 @@ private:
   std::vector<fem::Interpolation> place_of; // of the particles
   Eigen::MatrixXd fluctuation;              // translations, then rotations of each particle by unit strains
   RecoveredGradient recovered;
+  std::unordered_map<int, Lengths> known_lengths; // by particle
 };
 
 /// For each row, sum_b |P_b|/M_b sum_j share_j |P_jb| [1/kg]: with 1/m_i the inverse of the mass that the spring moves, see
 /// OverlapLinks::tied_masses(). Negative when a node has no mass.
-std::vector<double> inverse_masses_of_nodes(const std::vector<Corrector::Row> &rows, const std::vector<TiedParticle> &tied,
-                                            const Eigen::VectorXd &node_mass, int dim);
+std::vector<double> inverse_masses_of_nodes(const std::vector<const Corrector::Lengths *> &rows,
+                                            const std::vector<TiedParticle> &tied, const Eigen::VectorXd &node_mass);
 } // namespace kerf

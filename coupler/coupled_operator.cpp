@@ -162,7 +162,7 @@ void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<Ti
     indices.push_back(particle.index);
   corrector.set_masses(node_mass);
   const std::vector<Corrector::Row> rows = corrector.rows(indices);
-  const std::vector<double> others = inverse_masses_of_nodes(rows, tied, node_mass, dim);
+  const std::vector<double> others = inverse_masses_of_nodes(corrector.lengths(indices), tied, node_mass);
   std::vector<Tie> whole;
   for (const Tie &known : ties)
   {

@@ -35,18 +35,19 @@ void PenaltyConstraint::set_particles(const std::vector<TiedParticle> &particles
   of_nodes.clear();
 }
 
-const Corrector &PenaltyConstraint::corrector_for(const fem::FemSide &fem)
+void PenaltyConstraint::make_corrector(const fem::FemSide &fem)
 {
-  if (!corrector)
+  if (settings.corrector && !corrector)
     corrector = std::make_unique<Corrector>(packing, settings.k_n, settings.k_t, fem);
-  corrector->set_masses(fem.gather(fem::NodalField::mass).row(0));
-  return *corrector;
 }
 
 void PenaltyConstraint::place(std::vector<dem::NewParticle> &particles, const fem::FemSide &fem)
 {
-  if (settings.corrector)
-    corrector_for(fem).place(particles, fem.gather(fem::NodalField::displacement), fem.gather(fem::NodalField::velocity));
+  if (!settings.corrector)
+    return;
+  make_corrector(fem);
+  corrector->set_masses(fem.gather(fem::NodalField::mass).row(0));
+  corrector->place(particles, fem.gather(fem::NodalField::displacement), fem.gather(fem::NodalField::velocity));
 }
 
 /// As OverlapLinks::tied_masses(), of the rows with fluctuations.
@@ -57,8 +58,9 @@ std::vector<double> PenaltyConstraint::masses_of_rows(const dem::Particles &part
     std::vector<int> indices;
     for (const TiedParticle &particle : tied)
       indices.push_back(particle.index);
-    of_nodes =
-      inverse_masses_of_nodes(corrector_for(fem).rows(indices), tied, fem.gather(fem::NodalField::mass).row(0), packing.dim);
+    const Eigen::VectorXd node_mass = fem.gather(fem::NodalField::mass).row(0);
+    corrector->set_masses(node_mass);
+    of_nodes = inverse_masses_of_nodes(corrector->lengths(indices), tied, node_mass);
   }
   std::vector<double> masses;
   for (const OverlapLink &link : links.links())
@@ -107,8 +109,7 @@ void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &parti
 template <int dim>
 void PenaltyConstraint::apply(Springs<dim> &springs, dem::Particles &particles, fem::FemSide &fem)
 {
-  if (settings.corrector && !corrector)
-    corrector_for(fem);
+  make_corrector(fem);
   const LinkChange change = links.update(particles, fem);
   if (change == LinkChange::renewed)
     renew(springs, particles, fem);

@@ -64,7 +64,7 @@ private:
   template <int dim, bool periodic, bool corrected>
   void pull(const Springs<dim> &springs, dem::Particles &particles);
 
-  const Corrector &corrector_for(const fem::FemSide &fem);
+  void make_corrector(const fem::FemSide &fem);
   std::vector<double> masses_of_rows(const dem::Particles &particles, const fem::FemSide &fem);
   void choose_springs(const dem::Particles &particles, fem::FemSide &fem);
   void add_damping(dem::Particles &particles, fem::FemSide &fem);

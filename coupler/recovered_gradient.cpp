@@ -19,13 +19,29 @@ RecoveredGradient::RecoveredGradient(const fem::FemSide &fem)
     for (int a = 0; a < centre[cell].n; ++a)
       cells_of_node[centre[cell].nodes[a]].push_back(cell);
   counts.assign(centre.size(), 1);
+  changed.assign(mesh.n_nodes(), 0);
 }
 
 void RecoveredGradient::set_masses(const Eigen::VectorXd &node_mass)
 {
+  ++n_calls;
   for (std::size_t cell = 0; cell < centre.size(); ++cell)
-    counts[cell] = std::all_of(centre[cell].nodes.begin(), centre[cell].nodes.begin() + centre[cell].n,
-                               [&](int node) { return node_mass[node] > 0.; });
+  {
+    const auto &nodes = centre[cell].nodes;
+    const bool whole =
+      std::all_of(nodes.begin(), nodes.begin() + centre[cell].n, [&](int node) { return node_mass[node] > 0.; });
+    if (whole != static_cast<bool>(counts[cell]))
+      std::for_each(nodes.begin(), nodes.begin() + centre[cell].n, [&](int node) { changed[node] = n_calls; });
+    counts[cell] = whole;
+  }
+}
+
+int RecoveredGradient::last_change(const fem::Interpolation &place) const
+{
+  int last = 0;
+  for (int a = 0; a < place.n; ++a)
+    last = std::max(last, changed[place.nodes[a]]);
+  return last;
 }
 
 std::vector<RecoveredGradient::Entry> RecoveredGradient::at(int node) const

@@ -24,6 +24,8 @@ public:
   /// @param node_mass by node [kg]
   void set_masses(const Eigen::VectorXd &node_mass);
   std::vector<Entry> at(int node) const;
+  /// The number of the last call of set_masses() that changed the gradient at one of the nodes.
+  int last_change(const fem::Interpolation &place) const;
   /// All nodes that can have an entry, whatever the masses.
   std::vector<int> nodes_around(int node) const;
 
@@ -31,6 +33,8 @@ private:
   std::vector<fem::Interpolation> centre; // of each cell
   std::vector<std::vector<int>> cells_of_node;
   std::vector<char> counts; // by cell
+  std::vector<int> changed; // by node
+  int n_calls = 0;
 };
 
 /// The gradients of some nodes by the values of the nodes around them, and the transpose. Nodes are columns of a window.

@@ -198,6 +198,29 @@ TEST_P(Corrected, ForcesAreThoseOfTheRows)
   EXPECT_LT((0.5 * (plus.nodes - minus.nodes) - on_nodes).norm(), 1e-7 * on_nodes.norm());
 }
 
+// A front that moves takes the mass of nodes away: springs and strains are those of springs that never knew them.
+TEST_P(Corrected, FollowsTheMasses)
+{
+  Springs springs(random_strip(GetParam()));
+  const Matrix3Xd u = springs.noise(springs.fem->mesh().nodes, 1e-7), x = springs.noise(springs.packing.positions, 3e-7);
+  springs.at(x, u);
+  const Eigen::VectorXd before = springs.stiffness();
+  Vector3d &front = springs.settings.fixed_region[0].upper;
+  front[0] += springs.settings.mesh.cell_size;
+  springs.overlap.convert(cells_inside(springs.fem->mesh(), springs.settings.fixed_region));
+  springs.fem->set_weights(springs.overlap.fe_weights());
+  springs.constraint->set_particles(springs.overlap.tied_particles());
+  const auto moved = springs.at(x, u);
+  const Eigen::VectorXd after = springs.stiffness();
+  springs.constraint = make_constraint(springs.settings, springs.packing, 1e-7, MPI_COMM_WORLD);
+  springs.constraint->set_particles(springs.overlap.tied_particles());
+  const auto fresh = springs.at(x, u);
+  EXPECT_GT((after - before).norm(), 0.1 * before.norm());
+  EXPECT_LT((after - springs.stiffness()).norm(), 1e-13 * after.norm());
+  EXPECT_LT((moved.particles - fresh.particles).norm(), 1e-12 * fresh.particles.norm());
+  EXPECT_LT((moved.nodes - fresh.nodes).norm(), 1e-12 * fresh.nodes.norm());
+}
+
 // Particles that were put where they belong feel nothing, however the rock has turned.
 TEST_P(Corrected, PlacesTurnWithTheRock)
 {
