@@ -26,11 +26,12 @@ CellStresses ParticleCells::stresses(const std::vector<char> &wanted, const fem:
   cells_of(dem.is_active(), fem);
   const auto cell = [&](int i) { return cell_of[i] >= 0 && wanted[cell_of[i]] ? cell_of[i] : -1; };
   CellStresses stress = CellStresses::Zero(6, mesh.n_cells());
-  for (const dem::ActiveBond &bond : dem.bonds())
+  std::vector<char> inside(packing.size(), 0);
+  for (int i = 0; i < packing.size(); ++i)
+    inside[i] = dem.is_active()[i] && cell(i) >= 0;
+  for (const dem::ActiveBond &bond : dem.bonds(inside))
   {
     const int cells[] = {cell(bond.first), cell(bond.second)};
-    if (cells[0] < 0 && cells[1] < 0)
-      continue;
     const Eigen::Matrix3d moment = 0.5 * packing.shortest(bond.b - bond.a) * bond.force.transpose();
     Eigen::Matrix<double, 6, 1> part;
     part << moment(0, 0), moment(1, 1), moment(2, 2), 0.5 * (moment(1, 2) + moment(2, 1)), 0.5 * (moment(0, 2) + moment(2, 0)),
@@ -43,8 +44,8 @@ CellStresses ParticleCells::stresses(const std::vector<char> &wanted, const fem:
 
   Eigen::VectorXd volume = Eigen::VectorXd::Zero(mesh.n_cells());
   for (int i = 0; i < packing.size(); ++i)
-    if (const int c = dem.is_active()[i] ? cell(i) : -1; c >= 0)
-      volume[c] += packing.volume(i) / solid;
+    if (inside[i])
+      volume[cell(i)] += packing.volume(i) / solid;
   for (int c = 0; c < mesh.n_cells(); ++c)
     if (volume[c] > 0.)
       stress.col(c) /= volume[c];

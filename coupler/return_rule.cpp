@@ -61,7 +61,7 @@ std::vector<char> ReturnRule::damaged_cells(const fem::FemSide &fem, const Overl
 std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem,
                                              double time)
 {
-  constexpr int looks = 4; // in the set time
+  constexpr int looks = 2; // in the set time
   next_look = time + settings.return_time / looks;
   std::vector<char> converted(mesh.n_cells());
   for (int cell = 0; cell < mesh.n_cells(); ++cell)

@@ -485,10 +485,10 @@ std::vector<BrokenBond> DemSide::broken_bonds() const
   return engine->style->broken;
 }
 
-std::vector<ActiveBond> DemSide::bonds() const
+std::vector<ActiveBond> DemSide::bonds(const std::vector<char> &wanted) const
 {
   engine->require_set_up("bonds()");
-  return engine->n_active > 0 ? engine->style->bonds() : std::vector<ActiveBond>();
+  return engine->n_active > 0 ? engine->style->bonds(wanted) : std::vector<ActiveBond>();
 }
 
 Energies DemSide::energies() const

@@ -538,15 +538,18 @@ double RockBondLoop<dim>::elastic_energy()
 }
 
 template <int dim>
-std::vector<ActiveBond> RockBondLoop<dim>::bonds()
+std::vector<ActiveBond> RockBondLoop<dim>::bonds(const std::vector<char> &wanted)
 {
   std::vector<ActiveBond> bonds;
-  bonds.reserve(intact.size());
+  if (wanted.empty())
+    bonds.reserve(intact.size());
   const int *tag = lmp.atom->tag;
   for_each_pair(
     [&](int i, int j, const PairHistory &history, int)
     {
       if (history.state != PairHistory::intact || (j >= lmp.atom->nlocal && tag[i] > tag[j]))
+        return;
+      if (!wanted.empty() && !wanted[tag[i] - 1] && !wanted[tag[j] - 1])
         return;
       OrderedPair pair = ordered(i, j);
       if (tag[i] > tag[j])

@@ -27,7 +27,7 @@ public:
     : RockBondStyle(lmp, gran, hash, parameters)
   {
   }
-  std::vector<ActiveBond> bonds() override;
+  std::vector<ActiveBond> bonds(const std::vector<char> &wanted) override;
   double elastic_energy() override;
 
 private:

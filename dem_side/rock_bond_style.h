@@ -78,9 +78,9 @@ public:
   void set_weight(int local, double weight);
   double broken_count(int local) const;  ///< bonds of a particle that broke
   std::int64_t intact_bond_ends() const; ///< of this rank: 2 for a bond inside, 1 for one across ranks
-  virtual std::vector<ActiveBond> bonds() = 0;
-  virtual double elastic_energy() = 0; ///< of this rank [J]
-  Energies energies();                 ///< of all ranks. Collective
+  virtual std::vector<ActiveBond> bonds(const std::vector<char> &wanted) = 0; ///< see DemSide::bonds()
+  virtual double elastic_energy() = 0;                                        ///< of this rank [J]
+  Energies energies();                                                        ///< of all ranks. Collective
 
   /// Local damping acts on the sum of all forces: in a script after the last fix that changes forces.
   void damp_all(bool step);

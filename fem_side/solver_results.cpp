@@ -34,18 +34,24 @@ Eigen::Matrix<double, 6, 1> cauchy_stress(const Law &law, const Eigen::Matrix<do
   Law::template strain<dim>(H, E);
   const double out_of_plane =
     mean_dilatation ? law.template second_piola_of_mean<dim>(E, *mean_dilatation, S) : law.template second_piola<dim>(E, S);
-  Eigen::Matrix3d sigma = out_of_plane * Eigen::Vector3d(0., 0., 1.).asDiagonal();
+  using Tensor = Eigen::Matrix<double, dim, dim>;
+  Tensor sigma;
   for (int i = 0; i < dim; ++i)
     for (int j = 0; j < dim; ++j)
       sigma(i, j) = S[i][j];
+  double across = out_of_plane; // lengths across the plane stay
   if (!Law::linear)
   {
-    Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-    F.topLeftCorner<dim, dim>() += gradient;
-    sigma = (F * sigma * F.transpose() / F.determinant()).eval();
+    const Tensor F = Tensor::Identity() + gradient;
+    const double per_volume = 1. / F.determinant();
+    sigma = Tensor(per_volume * F * sigma * F.transpose());
+    across *= per_volume;
   }
   Eigen::Matrix<double, 6, 1> result;
-  result << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(1, 2), sigma(0, 2), sigma(0, 1);
+  if constexpr (dim == 2)
+    result << sigma(0, 0), sigma(1, 1), across, 0., 0., sigma(0, 1);
+  else
+    result << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(1, 2), sigma(0, 2), sigma(0, 1);
   return result;
 }
 
