@@ -12,8 +12,7 @@ namespace kerf
 /// Penalty forces f_i = -k_i chi_i on the particle and N_a k_i chi_i on the nodes (seed, eq. 4).
 ///  - constant: k_i = k_DF for all (the seed);
 ///  - mass scaled: k_i = beta mu_i/dt^2 with the weighted masses of OverlapLinks::tied_masses(), so that the stiffness falls
-///  with
-///    the masses towards both ends of the overlap and adds at most beta to dt^2 omega^2, whatever the cells and weights.
+///    with the masses towards both ends of the overlap and adds at most beta to dt^2 omega^2, whatever the cells and weights.
 /// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical.
 /// With a corrector chi_i is the gap to the place that a particle of a random packing fluctuates to about the smooth field (see
 /// Corrector), and nodes get the exact gradient of the springs' energy: no rotation changes it, so it keeps both momenta.

@@ -97,35 +97,54 @@ PointLocator<dim>::PointLocator(const NodalSpace<dim> &space) : space(space)
 template <int dim>
 std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &points) const
 {
+  constexpr std::size_t most_known = 100000; // 35 MB; a whole store is looked for once
+  const bool keep = static_cast<std::size_t>(points.cols()) < most_known;
   std::vector<Interpolation> result(points.cols());
-  std::vector<std::pair<Box, int>> candidates;
   for (Eigen::Index i = 0; i < points.cols(); ++i)
   {
-    q1::Point<dim> point = points.col(i).template head<dim>();
-    for (int d = 0; d < dim; ++d)
-      if (space.mesh.period[d] > 0.)
-        point[d] -= space.mesh.period[d] * std::floor((point[d] - lower[d]) / space.mesh.period[d]);
-    dealii::Point<dim> p;
-    for (int d = 0; d < dim; ++d)
-      p[d] = point[d];
-    candidates.clear();
-    tree.query(boost::geometry::index::intersects(p), std::back_inserter(candidates));
-
-    double best = 1. + face_tolerance;
-    for (const auto &candidate : candidates)
+    const Point key = {points(0, i), points(1, i), points(2, i)};
+    if (const auto found = known.find(key); found != known.end())
     {
-      const q1::NodalValues<dim> X = space.cell_nodes(candidate.second);
-      q1::Point<dim> xi;
-      if (!invert<dim>(X, point, xi))
-        continue;
-      // Of the cells of a point on a face the first one, not the one that round-off prefers: the gradients differ.
-      const double outermost = xi.cwiseAbs().maxCoeff();
-      const bool on_shared_face = result[i].cell >= 0 && std::abs(outermost - best) < 2. * face_tolerance;
-      if (on_shared_face ? candidate.second > result[i].cell : !(outermost < best))
-        continue;
-      best = outermost;
-      result[i] = interpolation<dim>(space, candidate.second, X, xi);
+      result[i] = found->second;
+      continue;
     }
+    result[i] = find(points.col(i));
+    if (known.size() >= most_known)
+      known.clear();
+    if (keep)
+      known.emplace(key, result[i]);
+  }
+  return result;
+}
+
+template <int dim>
+Interpolation PointLocator<dim>::find(const Eigen::Vector3d &place) const
+{
+  q1::Point<dim> point = place.template head<dim>();
+  for (int d = 0; d < dim; ++d)
+    if (space.mesh.period[d] > 0.)
+      point[d] -= space.mesh.period[d] * std::floor((point[d] - lower[d]) / space.mesh.period[d]);
+  dealii::Point<dim> p;
+  for (int d = 0; d < dim; ++d)
+    p[d] = point[d];
+  std::vector<std::pair<Box, int>> candidates;
+  tree.query(boost::geometry::index::intersects(p), std::back_inserter(candidates));
+
+  Interpolation result;
+  double best = 1. + face_tolerance;
+  for (const auto &candidate : candidates)
+  {
+    const q1::NodalValues<dim> X = space.cell_nodes(candidate.second);
+    q1::Point<dim> xi;
+    if (!invert<dim>(X, point, xi))
+      continue;
+    // Of the cells of a point on a face the first one, not the one that round-off prefers: the gradients differ.
+    const double outermost = xi.cwiseAbs().maxCoeff();
+    const bool on_shared_face = result.cell >= 0 && std::abs(outermost - best) < 2. * face_tolerance;
+    if (on_shared_face ? candidate.second > result.cell : !(outermost < best))
+      continue;
+    best = outermost;
+    result = interpolation<dim>(space, candidate.second, X, xi);
   }
   return result;
 }

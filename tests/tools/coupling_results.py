@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Measures the coupling methods on strips and writes the tables of docs/coupling.md.
 
-  coupling_results.py [--study build/tests/coupling_study] [--existing] [--stability DIR]
+  coupling_results.py [--study build/tests/coupling_study] [--existing] [--stability DIR] [--cost] [--only-cost]
 
 Runs coupling_study (build target of the same name), keeps its output in results/coupling/, and writes the tables between the
 markers <!-- patch:begin --> ... of docs/coupling.md. --existing: from what is kept. --stability: also takes the maps of a
-`kerf study stability` from DIR. Minutes.
+`kerf study stability` from DIR. --cost: also cuts with every method, one run after the other, for what the exchange takes; nothing
+else should run then. Minutes each.
 """
 import argparse
 import csv
+import re
 import shutil
 import subprocess
 import sys
@@ -136,6 +138,35 @@ def stability_text(directory):
     return "\n\n".join(f"![{name.replace('_', ' ')}](figures/stability_{name}.png)" for name in order)
 
 
+METHODS = [("`penalty`, 0.5 k_n", {"Method": "penalty", "Penalty ratio": "0.5"}),
+           ("`penalty_mass_scaled`, 0.5", {"Method": "penalty_mass_scaled", "Penalty ratio": "0.5"}),
+           ("`penalty_mass_scaled`, 0.5, corrector", {"Method": "penalty_mass_scaled", "Penalty ratio": "0.5", "Corrector": "weak"}),
+           ("`multipliers_diagonal`, 0.02", {"Method": "multipliers_diagonal", "Penalty ratio": "0.02"}),
+           ("`multipliers`, relaxation 0.05", {"Method": "multipliers", "Fluctuation relaxation": "0.05"})]
+CUTS = [("disc_cutter_2d", {}), ("disc_cutter_3d", {"Time/End time": "0.7e-3"})]
+
+
+def cost_table(kerf, existing):
+    """What the exchange takes of a step, from the timer tables of adaptive cuts."""
+    lines = []
+    for number, (name, coupling) in enumerate(METHODS):
+        cells = [name]
+        for case, values in CUTS:
+            directory = KEPT / f"cost_{case}_{number}"
+            values = {**values, **{f"Coupling/{key}": value for key, value in coupling.items()}, "Output/Snapshots": "1"}
+            settings = [word for key, value in values.items() for word in ("--set", f"{key}={value}")]
+            if not existing:
+                subprocess.run([kerf, "run", str(ROOT / "cases" / case), "--mode", "adaptive", "--output", str(directory), "--overwrite",
+                                *settings], check=True)
+            parts = {part: (float(seconds), float(step)) for part, seconds, step in
+                     re.findall(r"^ +(\S.*?) +([\d.]+) s +[\d.]+ % +([\d.]+) us/step$", (directory / "log.txt").read_text(), re.M)}
+            steps = sum(seconds for part, (seconds, _) in parts.items() if part not in ("activation", "output"))
+            seconds, step = parts["exchange"]
+            cells += [f"{step:.0f}", f"{100. * seconds / steps:.1f} %"]
+        lines.append(cells)
+    return table(["`Coupling/Method`"] + [text for case, _ in CUTS for text in (f"`{case}`, us a step", "share of the step")], lines)
+
+
 def put(name, text):
     compare_modes.put_section(PAGE, text + "\n", f"<!-- {name}:begin -->", f"<!-- {name}:end -->")
 
@@ -145,8 +176,15 @@ def main():
     parser.add_argument("--study", default=str(ROOT / "build" / "tests" / "coupling_study"))
     parser.add_argument("--existing", action="store_true")
     parser.add_argument("--stability", metavar="DIR")
+    parser.add_argument("--cost", action="store_true")
+    parser.add_argument("--only-cost", action="store_true")
+    parser.add_argument("--kerf", default=str(ROOT / "build" / "kerf"))
     options = parser.parse_args()
     try:
+        if options.cost or options.only_cost:
+            put("cost", cost_table(options.kerf, options.existing))
+        if options.only_cost:
+            return 0
         for name, make in (("patch", patch_table), ("front", front_table), ("waves", waves_table),
                            ("random_waves", random_waves_table)):
             put(name, make(measure(options.study, name, options.existing)))
