@@ -7,7 +7,7 @@
 Runs the case with every setting and packing into results/speed_accuracy/, some of them at the same time; what has finished with the
 same options is kept. The modes run on all packings, other settings on the first few. Writes docs/figures/speed_accuracy.png,
 docs/figures/packings_normal_force.png and the tables between the markers <!-- chart:begin --> and <!-- chart:end --> of
-docs/results.md. About an hour on two cores.
+docs/results.md. About half an hour on two cores.
 """
 import argparse
 import sys
