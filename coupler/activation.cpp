@@ -30,6 +30,8 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
 {
   const fem::CellStress stress = fem.cell_stress();
   std::vector<int> flagged, following;
+  const double quiet =
+    norm_below(settings.event_fraction * settings.sigma_star, settings.tensile_strength, settings.compressive_strength);
   for (std::size_t k = 0; k < stress.cell.size(); ++k)
   {
     if (!stress.sigma.col(k).allFinite())
@@ -40,6 +42,9 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
     const bool in_reach = distance <= 0.5 * overlap.width() || distance >= overlap.width();
     if (overlap.is_converted(stress.cell[k]) || !in_reach)
       continue;
+    const double squared_norm = stress.sigma.col(k).head<3>().squaredNorm() + 2. * stress.sigma.col(k).tail<3>().squaredNorm();
+    if (squared_norm <= quiet * quiet)
+      continue; // most of the cells
     const double measure =
       stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength);
     if (measure > settings.sigma_star)
@@ -67,24 +72,25 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
 std::vector<int> enclose(const fem::Mesh &mesh, std::vector<char> &region)
 {
   std::vector<int> cells;
-  for (bool changed = true; changed;)
+  const auto look_at = [&](int cell)
   {
-    changed = false;
-    for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    if (region[cell])
+      return;
+    const std::vector<int> &neighbours = mesh.neighbours[cell];
+    std::size_t outside = 0;
+    for (const int neighbour : neighbours)
+      outside += !region[neighbour];
+    if (outside <= 1 && neighbours.size() > outside + 1)
     {
-      if (region[cell])
-        continue;
-      int outside = 0;
-      for (const int neighbour : mesh.neighbours[cell])
-        outside += !region[neighbour];
-      if (outside <= 1 && mesh.neighbours[cell].size() > static_cast<std::size_t>(outside) + 1)
-      {
-        region[cell] = 1;
-        cells.push_back(cell);
-        changed = true;
-      }
+      region[cell] = 1;
+      cells.push_back(cell);
     }
-  }
+  };
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    look_at(cell);
+  for (std::size_t k = 0; k < cells.size(); ++k) // they grow
+    for (const int neighbour : mesh.neighbours[cells[k]])
+      look_at(neighbour);
   return cells;
 }
 

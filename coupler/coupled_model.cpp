@@ -169,10 +169,14 @@ void CoupledModel::convert(const std::vector<int> &cells)
   event.cells = static_cast<int>(cells.size());
   const CellStresses stress = stresses_of(cells, false);
 
-  std::vector<int> reweighted;
+  std::vector<std::pair<int, double>> weights;
   for (const TiedParticle &particle : active_ties())
-    reweighted.push_back(particle.index);
+    weights.emplace_back(particle.index, regions.de_weights()[particle.index]);
   regions.convert(cells);
+  std::vector<int> reweighted;
+  for (const auto &[index, weight] : weights)
+    if (regions.de_weights()[index] != weight)
+      reweighted.push_back(index);
   // Project while the finite elements still carry the field everywhere.
   std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_taken(), comm);
   constraint->place(particles, fem_side);
@@ -181,7 +185,8 @@ void CoupledModel::convert(const std::vector<int> &cells)
   for (const dem::NewParticle &particle : particles)
     fresh.push_back(particle.index);
   std::vector<int> settling = fresh;
-  settling.insert(settling.end(), reweighted.begin(), reweighted.end());
+  if (constraint->tie() == Tie::mean)
+    settling.insert(settling.end(), reweighted.begin(), reweighted.end());
   Accelerations accelerations = project_accelerations(fem_side, packing, settling, comm);
   for (auto &[index, acceleration] : accelerations) // not of what a boundary holds
     for (int c = 0; c < 3; ++c)

@@ -184,24 +184,33 @@ void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<Ti
   ties = std::move(whole);
 }
 
-Eigen::Vector3d CoupledOperator::gap(const Tie &tie, const Eigen::VectorXd &x) const
+template <int dim>
+Eigen::Matrix<double, dim, 1> CoupledOperator::gap(const Tie &tie, const Eigen::VectorXd &x) const
 {
-  Eigen::Vector3d chi = Eigen::Vector3d::Zero();
-  chi.head(dim) = x.segment(tie.particle, dim);
+  Eigen::Matrix<double, dim, 1> chi = x.segment<dim>(tie.particle);
   for (const auto &[node, P] : tie.row)
-    chi.head(dim) -= P.topLeftCorner(dim, dim) * x.segment(node, dim);
+    chi -= P.template topLeftCorner<dim, dim>() * x.segment<dim>(node);
   for (int a = 0; a < tie.n && tie.row.empty(); ++a)
-    chi.head(dim) -= tie.N[a] * x.segment(tie.node[a], dim);
+    chi -= tie.N[a] * x.segment<dim>(tie.node[a]);
   return chi;
 }
 
-void CoupledOperator::pull(const Tie &tie, const Eigen::Vector3d &value, Eigen::VectorXd &force) const
+/// force += coefficient gap, and its transpose at the nodes, of all ties.
+template <int dim>
+void CoupledOperator::pull(const std::vector<double> &coefficients, const Eigen::VectorXd &x, Eigen::VectorXd &force) const
 {
-  force.segment(tie.particle, dim) += value.head(dim);
-  for (const auto &[node, P] : tie.row)
-    force.segment(node, dim) -= P.topLeftCorner(dim, dim).transpose() * value.head(dim);
-  for (int a = 0; a < tie.n && tie.row.empty(); ++a)
-    force.segment(tie.node[a], dim) -= tie.N[a] * value.head(dim);
+  for (std::size_t k = 0; k < ties.size(); ++k)
+  {
+    if (coefficients[k] == 0.)
+      continue;
+    const Tie &tie = ties[k];
+    const Eigen::Matrix<double, dim, 1> value = coefficients[k] * gap<dim>(tie, x);
+    force.segment<dim>(tie.particle) += value;
+    for (const auto &[node, P] : tie.row)
+      force.segment<dim>(node) -= P.template topLeftCorner<dim, dim>().transpose() * value;
+    for (int a = 0; a < tie.n && tie.row.empty(); ++a)
+      force.segment<dim>(tie.node[a]) -= tie.N[a] * value;
+  }
 }
 
 void CoupledOperator::remove_masses_of_held(const std::vector<TiedParticle> &tied)
@@ -289,9 +298,7 @@ void CoupledOperator::apply(double dt, const std::vector<double> &coefficients, 
   Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs());
   add_sides(x, force);
   force *= dt * dt;
-  for (std::size_t k = 0; k < ties.size(); ++k)
-    if (coefficients[k] != 0.)
-      pull(ties[k], coefficients[k] * gap(ties[k], x), force);
+  dim == 2 ? pull<2>(coefficients, x, force) : pull<3>(coefficients, x, force);
   result = inverse_root_mass.cwiseProduct(force);
   project(result);
 }
@@ -364,11 +371,11 @@ CoupledOperator::Quotient CoupledOperator::quotient(const Eigen::VectorXd &y, do
   result.square = x.dot(force) / y.squaredNorm();
   for (const Tie &tie : ties)
   {
-    const Eigen::Vector3d chi = gap(tie, x);
+    const double squared_gap = dim == 2 ? gap<2>(tie, x).squaredNorm() : gap<3>(tie, x).squaredNorm();
     double value[3];
     // Three steps give the three coefficients, exactly, because every term is one of the powers.
     for (int s = 0; s < 3; ++s)
-      value[s] = tie_coefficient(tie, dt * std::pow(2., s - 1)) * chi.squaredNorm() / y.squaredNorm();
+      value[s] = tie_coefficient(tie, dt * std::pow(2., s - 1)) * squared_gap / y.squaredNorm();
     const double square = (value[2] - 3. * value[1] + 2. * value[0]) / 1.5;
     const double linear = 2. * (value[1] - value[0]) - 1.5 * square;
     result.square += square / (dt * dt);

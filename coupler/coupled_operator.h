@@ -49,8 +49,10 @@ private:
     double weight = 0.;                               ///< of the particle
     std::vector<std::pair<int, Eigen::Matrix3d>> row; ///< in place of N with a corrector: first degrees of freedom, P
   };
-  Eigen::Vector3d gap(const Tie &tie, const Eigen::VectorXd &x) const;
-  void pull(const Tie &tie, const Eigen::Vector3d &value, Eigen::VectorXd &force) const;
+  template <int dim>
+  Eigen::Matrix<double, dim, 1> gap(const Tie &tie, const Eigen::VectorXd &x) const;
+  template <int dim>
+  void pull(const std::vector<double> &coefficients, const Eigen::VectorXd &x, Eigen::VectorXd &force) const;
   struct Cell
   {
     std::vector<int> dof; ///< first one of each node

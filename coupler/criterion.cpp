@@ -47,4 +47,10 @@ double stress_measure(Criterion criterion, const Eigen::Matrix<double, 6, 1> &si
     return largest;
   return largest - smallest * tensile_strength / compressive_strength;
 }
+
+double norm_below(double measure, double tensile_strength, double compressive_strength)
+{
+  // Principal stresses and the von Mises stress are at most 1 and sqrt(3/2) times the norm, the trace sqrt(3).
+  return measure / (1. + std::max(1., tensile_strength / compressive_strength));
+}
 } // namespace kerf

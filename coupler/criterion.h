@@ -14,4 +14,7 @@ namespace kerf
 /// uniaxial strengths (Drucker & Prager 1952); the measure is f_t/k times the left side.
 double stress_measure(Criterion criterion, const Eigen::Matrix<double, 6, 1> &sigma, double tensile_strength,
                       double compressive_strength);
+
+/// A stress with this Frobenius norm or less is below the measure by any criterion [Pa].
+double norm_below(double measure, double tensile_strength, double compressive_strength);
 } // namespace kerf

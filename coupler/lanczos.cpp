@@ -29,9 +29,12 @@ HighestMode highest_mode(const std::function<void(const Eigen::VectorXd &x, Eige
       apply(basis.col(size), product);
       ++mode.products;
       diagonal[size] = basis.col(size).dot(product);
-      // Twice, because one pass leaves a part of the basis in the product when it nearly vanishes.
-      for (int pass = 0; pass < 2; ++pass)
-        product -= basis.leftCols(size + 1) * (basis.leftCols(size + 1).transpose() * product);
+      // In exact arithmetic two vectors of the basis have a part in the product. What round-off leaves of all goes in a second
+      // pass, because the first leaves some when the product nearly vanishes.
+      product -= diagonal[size] * basis.col(size);
+      if (size > 0)
+        product -= off_diagonal[size - 1] * basis.col(size - 1);
+      product -= basis.leftCols(size + 1) * (basis.leftCols(size + 1).transpose() * product);
       off_diagonal[size] = product.norm();
       ++size;
       if (off_diagonal[size - 1] <= 1e-13 * std::abs(diagonal[0]))

@@ -143,13 +143,13 @@ void LinkCells<dim>::assign(const OverlapLinks &links)
 }
 
 /// One component of vectors of three components a particle, of the particles of a batch.
-inline LinkLanes load_lanes(const double *values, const int *particle, int component)
+[[gnu::always_inline]] inline LinkLanes load_lanes(const double *values, const int *particle, int component)
 {
   return LinkLanes{values[3 * particle[0] + component], values[3 * particle[1] + component],
                    values[3 * particle[2] + component], values[3 * particle[3] + component]};
 }
 /// Subtracts from them; lanes that repeat a particle must be zero.
-inline void subtract_lanes(double *values, const int *particle, int component, const LinkLanes &lanes)
+[[gnu::always_inline]] inline void subtract_lanes(double *values, const int *particle, int component, const LinkLanes &lanes)
 {
   for (int l = 0; l < n_link_lanes; ++l)
     values[3 * particle[l] + component] -= lanes[l];
@@ -158,7 +158,7 @@ inline void subtract_lanes(double *values, const int *particle, int component, c
 typedef double LinkPair __attribute__((vector_size(2 * sizeof(double)), aligned(alignof(double))));
 /// All components that move in @p dim dimensions.
 template <int dim>
-std::array<LinkLanes, dim> load_vectors(const double *values, const int *particle)
+[[gnu::always_inline]] inline std::array<LinkLanes, dim> load_vectors(const double *values, const int *particle)
 {
   const auto pair = [&](int l) -> LinkPair { return *reinterpret_cast<const LinkPair *>(values + 3 * particle[l]); };
   const LinkLanes even = __builtin_shufflevector(pair(0), pair(2), 0, 1, 2, 3),
@@ -171,7 +171,8 @@ std::array<LinkLanes, dim> load_vectors(const double *values, const int *particl
   return result;
 }
 template <int dim>
-void subtract_vectors(double *values, const int *particle, const std::array<LinkLanes, dim> &lanes)
+[[gnu::always_inline]] inline void subtract_vectors(double *values, const int *particle,
+                                                    const std::array<LinkLanes, dim> &lanes)
 {
   const LinkLanes even = __builtin_shufflevector(lanes[0], lanes[1], 0, 4, 2, 6),
                   odd = __builtin_shufflevector(lanes[0], lanes[1], 1, 5, 3, 7);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <malloc.h>
 #include <mpi.h>
 #include <stdexcept>
 
@@ -58,6 +59,9 @@ int liggghts(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+  // A change of models needs megabytes for a moment: kept, they need not be cleared by the system every time.
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
   if (argc > 1 && std::string(argv[1]) == "liggghts")
     return liggghts(argc - 1, argv + 1);
   CLI::App app("kerf: adaptive coupling of discrete and finite elements for rock cutting");

@@ -117,8 +117,7 @@ template <int dim>
 void RockBondLoop<dim>::collect_pairs()
 {
   loose_pairs.clear();
-  std::vector<typename IntactBonds<dim>::Bond> bonds;
-  bonds.reserve(intact.size());
+  listed.clear();
   typename IntactBonds<dim>::Place place;
   for_each_pair(
     [&](int i, int j, PairHistory &history, int &flag)
@@ -126,12 +125,12 @@ void RockBondLoop<dim>::collect_pairs()
       place = {i, place.particle == i ? place.neighbour + 1 : 0};
       const OrderedPair pair = ordered(i, j);
       if (history.state == PairHistory::intact)
-        bonds.push_back({pair.first, pair.second, pair.sign * vector<dim>(history.vector), history.rest_length, pair.weight,
-                         viscosity(pair), place});
+        listed.push_back({pair.first, pair.second, pair.sign * vector<dim>(history.vector), history.rest_length, pair.weight,
+                          viscosity(pair), place});
       else
         loose_pairs.push_back(loose(pair, history, flag));
     });
-  intact.assign(bonds);
+  intact.assign(listed);
 }
 
 /// Positions, velocities and rotations of the step. The loads are zero since they were taken away.
@@ -541,8 +540,7 @@ template <int dim>
 std::vector<ActiveBond> RockBondLoop<dim>::bonds(const std::vector<char> &wanted)
 {
   std::vector<ActiveBond> bonds;
-  if (wanted.empty())
-    bonds.reserve(intact.size());
+  bonds.reserve(wanted.empty() ? intact.size() : intact.size() / 4);
   const int *tag = lmp.atom->tag;
   for_each_pair(
     [&](int i, int j, const PairHistory &history, int)

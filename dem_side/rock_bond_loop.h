@@ -81,6 +81,7 @@ private:
   std::vector<Row> rows;          ///< local and ghost particles at the last force computation
   std::vector<Load<dim>> viscous; ///< part of the loads on local particles
   IntactBonds<dim> intact;
+  std::vector<typename IntactBonds<dim>::Bond> listed; ///< what they were assigned, kept for its memory
   std::vector<LoosePair> loose_pairs;
   // Most loose pairs are apart. They are looked at again when a particle has moved by half the gap that near ones are within.
   std::vector<int> near_pairs;

@@ -224,3 +224,25 @@ TEST(StressMeasure, ClosedAnswers)
   EXPECT_NEAR(stress_measure(Criterion::mohr_coulomb, shear, f_t, f_c), 2e6 * (1. + f_t / f_c), 1e-6);
   EXPECT_NEAR(stress_measure(Criterion::drucker_prager, shear, f_t, f_c), std::sqrt(3.) * 1e6 * (1. + f_t / f_c), 1e-6);
 }
+
+// Cells are passed over by the norm of their stress, so no criterion may measure more than it promises, whatever the strengths.
+TEST(StressMeasure, IsBoundedByTheNorm)
+{
+  using Stress = Eigen::Matrix<double, 6, 1>;
+  std::srand(1);
+  double closest = 0.;
+  for (int k = 0; k < 2000; ++k)
+  {
+    Stress sigma = Stress::Random();
+    if (k % 2 == 1)
+      sigma.head<3>().setConstant(sigma[0]); // nearly isotropic: the largest trace for a norm
+    const double f_t = 1., f_c = k % 3 == 0 ? 0.5 : k % 3 == 1 ? 1. : 20.;
+    const double norm = std::sqrt(sigma.head<3>().squaredNorm() + 2. * sigma.tail<3>().squaredNorm());
+    sigma *= norm_below(7., f_t, f_c) / norm;
+    for (const Criterion criterion :
+         {Criterion::maximum_principal, Criterion::von_mises, Criterion::mohr_coulomb, Criterion::drucker_prager})
+      closest = std::max(closest, stress_measure(criterion, sigma, f_t, f_c));
+  }
+  EXPECT_LE(closest, 7.);
+  EXPECT_GT(closest, 4.); // and it is worth asking
+}
