@@ -29,10 +29,10 @@ void DiagonalConstraint::renew(Ties<dim> &ties, const dem::Particles &particles,
 {
   const std::vector<double> mass = links.tied_masses(particles, fem); // 1/D_i
   fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
-  ties.cells.assign(links);
-  ties.loads.renew(ties.cells, particles);
+  couples.renew(fem.mesh(), links.window(), inverse_node_mass);
+  ties.cells.assign(links, fem.mesh(), packing);
   ties.pulled = ties.cells.lanes_of([&](std::size_t k) { return links.links()[k].share * mass[k]; });
-  ties.inverse_mass = ties.cells.lanes_of([&](std::size_t k) { return 1. / particles.mass[links.links()[k].particle]; });
+  ties.inverse_mass = ties.cells.inverse_masses(links, particles);
 }
 
 template <int dim>
@@ -42,9 +42,10 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
   const double dt = settings.time_step;
   work.begin(phase, particles, fem); // while the window is that of the step before
   const LinkChange change = links.update(particles, fem);
-  work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
   if (change == LinkChange::renewed)
     renew(ties, particles, fem);
+  else if (change == LinkChange::renumbered)
+    ties.cells.renumber(links);
 
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::velocity, velocity);
@@ -52,33 +53,28 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
   const double tau = stepping ? dt : 0.5 * dt;
   ahead = velocity + tau * inverse_node_mass.cwiseProduct(force);
-  const double power =
-    packing.periodic.isZero(0.) ? pull<dim, false>(ties, tau, particles) : pull<dim, true>(ties, tau, particles);
-  if (stepping)
-    work.add_energy(0.5 * dt * power);
+  packing.periodic.isZero(0.) ? pull<dim, false>(ties, tau, particles) : pull<dim, true>(ties, tau, particles);
   fem.add_window_forces(node_force);
   work.end(node_force, velocity);
 }
 
-/// Adds the forces. Returns the power of the loads of the step before and of these [W].
+/// Adds the forces.
 template <int dim, bool periodic>
-double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
+void DiagonalConstraint::pull(const Ties<dim> &ties, double tau, dem::Particles &particles)
 {
   constexpr int corners = LinkCells<dim>::corners;
   const double closing = settings.closing / settings.time_step, rate_of_tau = 1. / tau;
   node_force.setZero(3, links.n_window());
-  LinkLanes power = {};
+  LinkLanes power_before = {}, power_after = {}, couple[3] = {};
   std::size_t k = 0;
   for (const auto &cell : ties.cells.cells())
   {
-    double u[dim][corners], v[dim][corners];
+    double place[dim][corners], v[dim][corners];
     LinkLanes reaction[dim][corners] = {};
+    cell.places(displacement, place);
     for (int c = 0; c < dim; ++c)
       for (int a = 0; a < corners; ++a)
-      {
-        u[c][a] = displacement(c, cell.node[a]);
         v[c][a] = ahead(c, cell.node[a]);
-      }
     for (; static_cast<int>(k) < cell.end; ++k)
     {
       const auto &batch = ties.cells.batches()[k];
@@ -88,24 +84,24 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
       std::array<LinkLanes, dim> chi, pull;
       for (int c = 0; c < dim; ++c)
       {
-        chi[c] = position[c] - batch.origin[c];
-        LinkLanes rate = own_velocity[c] + tau * ties.inverse_mass[k] * own_force[c];
+        const LinkLanes mobility = tau * ties.inverse_mass[k][c], free = own_velocity[c] + mobility * own_force[c];
+        chi[c] = position[c];
+        LinkLanes rate = free;
         for (int a = 0; a < corners; ++a)
         {
-          chi[c] -= batch.N[a] * u[c][a];
+          chi[c] -= batch.N[a] * place[c][a];
           rate -= batch.N[a] * v[c][a];
         }
         if (periodic && packing.periodic[c] > 0.)
           wrap_lanes(chi[c], packing.periodic[c]);
         pull[c] = rate_of_tau * ties.pulled[k] * (rate + closing * chi[c]);
-        power += (ties.loads.force[k][c] - pull[c]) * own_velocity[c];
+        power_before -= pull[c] * own_velocity[c];
+        power_after -= pull[c] * (free - mobility * pull[c]);
         for (int a = 0; a < corners; ++a)
           reaction[c][a] += batch.N[a] * pull[c];
       }
-      for (int c = 0; c < dim; ++c)
-        ties.loads.force[k][c] = -pull[c];
       subtract_vectors<dim>(particles.force.data(), batch.particle, pull);
-      power += ties.loads.add_couples(k, chi, ties.cells, particles);
+      add_moments(chi, pull, couple);
     }
     for (int c = 0; c < dim; ++c)
     {
@@ -114,6 +110,7 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
         node_force(c, cell.node[a]) += sums[a];
     }
   }
-  return sum_of(power);
+  couples.add(Eigen::Vector3d(sum_of(couple[0]), sum_of(couple[1]), sum_of(couple[2])), displacement, node_force);
+  work.add_power(sum_of(power_before), sum_of(power_after));
 }
 } // namespace kerf

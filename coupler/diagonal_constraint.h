@@ -3,8 +3,8 @@
 
 #include "coupler/constraint.h"
 #include "coupler/interface_work.h"
-#include "coupler/overlap_links.h"
-#include "coupler/tie_loads.h"
+#include "coupler/link_cells.h"
+#include "coupler/node_couple.h"
 
 namespace kerf
 {
@@ -38,16 +38,16 @@ private:
   struct Ties
   {
     LinkCells<dim> cells;
-    TieLoads<dim> loads;
-    std::vector<LinkLanes> pulled;       ///< share/D_i [kg]
-    std::vector<LinkLanes> inverse_mass; ///< [1/kg]
+    std::vector<LinkLanes> pulled; ///< share/D_i [kg]
+    /// 0 in directions in which a particle cannot move [1/kg]
+    std::vector<std::array<LinkLanes, dim>> inverse_mass;
   };
   template <int dim>
   void apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem);
   template <int dim>
   void renew(Ties<dim> &ties, const dem::Particles &particles, fem::FemSide &fem);
   template <int dim, bool periodic>
-  double pull(Ties<dim> &ties, double tau, dem::Particles &particles);
+  void pull(const Ties<dim> &ties, double tau, dem::Particles &particles);
 
   Settings settings;
   const dem::Packing &packing;
@@ -55,6 +55,7 @@ private:
   Ties<2> ties_2d; // one of the two
   Ties<3> ties_3d;
   Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, force, node_force; // of the window's nodes
+  NodeCouple couples;
   InterfaceWork work;
 };
 } // namespace kerf

@@ -48,25 +48,32 @@ public:
   /// Some links of one cell. Lanes that are left over repeat a link; the numbers of lanes_of() are zero there.
   struct Batch
   {
-    LinkLanes origin[dim]; ///< stored positions of the particles [m]
-    LinkLanes N[corners];  ///< 0 for corners that a point does not need
+    LinkLanes N[corners]; ///< 0 for corners that a point does not need
     int particle[n_link_lanes];
-    int link[n_link_lanes];
   };
   /// The batches of a cell stand one after the other.
   struct Cell
   {
     std::array<int, corners> node; ///< columns of the window
     int end = 0;                   ///< of its batches
+    double place[dim][corners];    ///< of the nodes in the reference configuration, not torn by periodic axes [m]
+
+    /// Where the nodes are now: sum_a N_a of them is the point of the finite elements that a particle is tied to [m].
+    [[gnu::always_inline]] void places(const Eigen::Matrix3Xd &displacement, double (&x)[dim][corners]) const
+    {
+      for (int c = 0; c < dim; ++c)
+        for (int a = 0; a < corners; ++a)
+          x[c][a] = place[c][a] + displacement(c, node[a]);
+    }
   };
 
-  void assign(const OverlapLinks &links);
+  void assign(const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing);
   /// After particles have got other places in the arrays.
   void renumber(const OverlapLinks &links)
   {
-    for (Batch &batch : all_batches)
+    for (std::size_t k = 0; k < all_batches.size(); ++k)
       for (int l = 0; l < n_link_lanes; ++l)
-        batch.particle[l] = links.links()[batch.link[l]].particle;
+        all_batches[k].particle[l] = links.links()[link_of[k][l]].particle;
   }
 
   const std::vector<Cell> &cells() const { return all_cells; }
@@ -80,20 +87,39 @@ public:
       lanes[place_of[k] / n_link_lanes][place_of[k] % n_link_lanes] = of_link(k);
     return lanes;
   }
+  /// Of the links' particles, 0 in directions in which one cannot move [1/kg].
+  std::vector<std::array<LinkLanes, dim>> inverse_masses(const OverlapLinks &links, const dem::Particles &particles) const
+  {
+    std::vector<std::array<LinkLanes, dim>> result(all_batches.size());
+    for (int axis = 0; axis < dim; ++axis)
+    {
+      const std::vector<LinkLanes> lanes = lanes_of(
+        [&](std::size_t k)
+        {
+          const OverlapLink &link = links.links()[k];
+          return link.blocked[axis] ? 0. : 1. / particles.mass[link.particle];
+        });
+      for (std::size_t k = 0; k < lanes.size(); ++k)
+        result[k][axis] = lanes[k];
+    }
+    return result;
+  }
   /// Whether a lane has a link of its own.
+  int link(std::size_t batch, int lane) const { return link_of[batch][lane]; }
   bool is_used(std::size_t batch, int lane) const
   {
-    return place_of[all_batches[batch].link[lane]] == static_cast<int>(batch) * n_link_lanes + lane;
+    return place_of[link_of[batch][lane]] == static_cast<int>(batch) * n_link_lanes + lane;
   }
 
 private:
   std::vector<Cell> all_cells;
   std::vector<Batch> all_batches;
-  std::vector<int> place_of; // of each link: lane of a batch
+  std::vector<std::array<int, n_link_lanes>> link_of; // of each batch
+  std::vector<int> place_of;                          // of each link: lane of a batch
 };
 
 template <int dim>
-void LinkCells<dim>::assign(const OverlapLinks &links)
+void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing)
 {
   const std::vector<OverlapLink> &list = links.links();
   all_cells.clear();
@@ -108,6 +134,13 @@ void LinkCells<dim>::assign(const OverlapLinks &links)
     auto found = std::find_if(near.begin(), near.end(), [&](int c) { return all_cells[c].node == cell.node; });
     if (found == near.end())
     {
+      const Eigen::Vector3d origin = Eigen::Map<const Eigen::Vector3d>(list[k].origin.data());
+      for (int a = 0; a < corners; ++a)
+      {
+        const Eigen::Vector3d place = origin + packing.shortest(mesh.nodes.col(links.window()[cell.node[a]]) - origin);
+        for (int c = 0; c < dim; ++c)
+          cell.place[c][a] = place[c];
+      }
       found = near.insert(near.end(), static_cast<int>(all_cells.size()));
       all_cells.push_back(cell);
       count.push_back(0);
@@ -125,19 +158,17 @@ void LinkCells<dim>::assign(const OverlapLinks &links)
     all_cells[c].end = n;
   }
   all_batches.assign(n, Batch());
+  link_of.resize(n);
   place_of.resize(list.size());
   for (std::size_t k = 0; k < list.size(); ++k)
   {
     place_of[k] = next[cell_of[k]]++;
     const int lane = place_of[k] % n_link_lanes;
-    Batch &batch = all_batches[place_of[k] / n_link_lanes];
+    const int number = place_of[k] / n_link_lanes;
     for (int l = lane; l < n_link_lanes; ++l)
-      batch.link[l] = static_cast<int>(k);
-    for (int c = 0; c < dim; ++c)
-      for (int l = lane; l < n_link_lanes; ++l)
-        batch.origin[c][l] = list[k].origin[c];
+      link_of[number][l] = static_cast<int>(k);
     for (int a = 0; a < list[k].n; ++a)
-      batch.N[a][lane] = list[k].N[a];
+      all_batches[number].N[a][lane] = list[k].N[a];
   }
   renumber(links);
 }
@@ -185,6 +216,19 @@ template <int dim>
   subtract(3, odd[2], odd[3]);
   if constexpr (dim == 3)
     subtract_lanes(values, particle, 2, lanes[2]);
+}
+/// couple += chi x force, of the axes that a body turns about.
+[[gnu::always_inline]] inline void add_moments(const std::array<LinkLanes, 2> &chi, const std::array<LinkLanes, 2> &force,
+                                               LinkLanes (&couple)[3])
+{
+  couple[2] += chi[0] * force[1] - chi[1] * force[0];
+}
+[[gnu::always_inline]] inline void add_moments(const std::array<LinkLanes, 3> &chi, const std::array<LinkLanes, 3> &force,
+                                               LinkLanes (&couple)[3])
+{
+  couple[0] += chi[1] * force[2] - chi[2] * force[1];
+  couple[1] += chi[2] * force[0] - chi[0] * force[2];
+  couple[2] += chi[0] * force[1] - chi[1] * force[0];
 }
 /// The nearest image, where space repeats itself after @p period [m].
 inline void wrap_lanes(LinkLanes &chi, double period)

@@ -48,17 +48,13 @@ MultiplierConstraint::MultiplierConstraint(const Settings &settings, const dem::
 void MultiplierConstraint::set_particles(const std::vector<TiedParticle> &particles)
 {
   links.set_particles(particles);
-  blocked.clear();
-  for (const TiedParticle &particle : particles)
-    if (particle.blocked[0] || particle.blocked[1] || particle.blocked[2])
-      blocked[particle.index] = particle.blocked;
 }
 
 template <int dim>
 void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
 {
   const std::vector<OverlapLink> &list = links.links();
-  ties.cells.assign(links);
+  ties.cells.assign(links, fem.mesh(), packing);
   const auto share_of_fluctuation = [&](std::size_t k)
   { return fluctuation_share(particles.weight[list[k].particle], list[k].share); };
   ties.c =
@@ -73,23 +69,13 @@ void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particle
     [&](std::size_t k)
     { return settings.relaxation / settings.time_step * share_of_fluctuation(k) * particles.mass[list[k].particle]; });
   const std::size_t n = ties.cells.batches().size();
-  ties.inverse_mass.resize(n);
-  for (int axis = 0; axis < dim; ++axis)
-  {
-    const std::vector<LinkLanes> lanes = ties.cells.lanes_of(
-      [&](std::size_t k)
-      {
-        const auto held = blocked.find(particles.index[list[k].particle]);
-        return held != blocked.end() && held->second[axis] ? 0. : 1. / particles.mass[list[k].particle];
-      });
-    for (std::size_t k = 0; k < n; ++k)
-      ties.inverse_mass[k][axis] = lanes[k];
-  }
+  ties.inverse_mass = ties.cells.inverse_masses(links, particles);
   ties.chi.resize(n);
   ties.velocity.resize(n);
+  ties.free.resize(n);
   ties.relaxed.resize(n);
-  ties.loads.renew(ties.cells, particles);
   build_equations(ties, fem);
+  couples.renew(fem.mesh(), links.window(), inverse_node_mass);
 }
 
 /// Every rank builds the equations of all links and solves them: they are as many as the nodes of the overlap, and what each
@@ -105,7 +91,7 @@ void MultiplierConstraint::build_equations(const Ties<dim> &ties, const fem::Fem
     for (int l = 0; l < n_link_lanes; ++l)
       if (ties.cells.is_used(k, l))
       {
-        const OverlapLink &link = links.links()[ties.cells.batches()[k].link[l]];
+        const OverlapLink &link = links.links()[ties.cells.link(k, l)];
         std::array<double, 3> inverse_mass{};
         for (int axis = 0; axis < dim; ++axis)
           inverse_mass[axis] = ties.inverse_mass[k][axis][l];
@@ -149,9 +135,10 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   work.begin(phase, particles, fem); // while the window is that of the step before
   const LinkChange change = links.update(particles, fem);
   const double dt = settings.time_step;
-  work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
   if (change == LinkChange::renewed)
     renew(ties, particles, fem);
+  else if (change == LinkChange::renumbered)
+    ties.cells.renumber(links);
 
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::velocity, velocity);
@@ -160,9 +147,7 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   const double tau = stepping ? dt : 0.5 * dt;
   packing.periodic.isZero(0.) ? gather_gaps<dim, false>(ties, tau, particles) : gather_gaps<dim, true>(ties, tau, particles);
   solve<dim>(tau);
-  const double power = scatter_forces(ties, particles);
-  if (stepping)
-    work.add_energy(0.5 * dt * power);
+  scatter_forces(ties, tau, particles);
   fem.add_window_forces(reaction);
   work.end(node_force, velocity);
 }
@@ -180,13 +165,11 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
   std::size_t k = 0;
   for (const auto &cell : ties.cells.cells())
   {
-    double u[dim][corners], v[dim][corners];
+    double place[dim][corners], v[dim][corners];
+    cell.places(displacement, place);
     for (int c = 0; c < dim; ++c)
       for (int a = 0; a < corners; ++a)
-      {
-        u[c][a] = displacement(c, cell.node[a]);
         v[c][a] = velocity(c, cell.node[a]);
-      }
     LinkLanes sum[3 * dim][corners] = {};
     for (; static_cast<int>(k) < cell.end; ++k)
     {
@@ -197,18 +180,18 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
       std::array<LinkLanes, dim> taken;
       for (int c = 0; c < dim; ++c)
       {
-        LinkLanes chi = position[c] - batch.origin[c], rate = own_velocity[c];
+        LinkLanes chi = position[c], rate = own_velocity[c];
         for (int a = 0; a < corners; ++a)
         {
-          chi -= batch.N[a] * u[c][a];
+          chi -= batch.N[a] * place[c][a];
           rate -= batch.N[a] * v[c][a];
         }
         if (periodic && packing.periodic[c] > 0.)
           wrap_lanes(chi, packing.periodic[c]);
         const LinkLanes held = ties.spring[k] * chi, relaxed = ties.viscosity[k] * rate;
         taken[c] = held + relaxed;
-        const LinkLanes ahead =
-          ties.c[k] * (own_velocity[c] + tau * ties.inverse_mass[k][c] * (own_force[c] - taken[c]) + closing * chi);
+        const LinkLanes free = own_velocity[c] + tau * ties.inverse_mass[k][c] * (own_force[c] - taken[c]);
+        const LinkLanes ahead = ties.c[k] * (free + closing * chi);
         for (int a = 0; a < corners; ++a)
         {
           sum[c][a] += batch.N[a] * ahead;
@@ -217,6 +200,7 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
         }
         energy += 0.5 * held * chi;
         ties.chi[k][c] = chi;
+        ties.free[k][c] = free;
         ties.relaxed[k][c] = relaxed;
       }
       ties.velocity[k] = own_velocity;
@@ -255,13 +239,12 @@ void MultiplierConstraint::solve(double tau)
   reaction.topRows<dim>() = node_force.topRows<dim>() + sums.middleRows<dim>(2 * dim);
 }
 
-/// The multipliers' forces on the particles. Forces act at the point of the finite elements that the particle is tied to; those
-/// that are not along chi come with a couple. Returns the power of the loads of the step before and of these [W].
+/// The multipliers' forces on the particles.
 template <int dim>
-double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
+void MultiplierConstraint::scatter_forces(const Ties<dim> &ties, double tau, dem::Particles &particles)
 {
   constexpr int corners = LinkCells<dim>::corners;
-  LinkLanes power = {};
+  LinkLanes power_before = {}, power_after = {}, couple[3] = {};
   std::size_t k = 0;
   for (const auto &cell : ties.cells.cells())
   {
@@ -272,20 +255,23 @@ double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &par
     for (; static_cast<int>(k) < cell.end; ++k)
     {
       const auto &batch = ties.cells.batches()[k];
-      std::array<LinkLanes, dim> pull = {};
+      std::array<LinkLanes, dim> pull = {}, load;
       for (int c = 0; c < dim; ++c)
       {
         for (int a = 0; a < corners; ++a)
           pull[c] += batch.N[a] * multiplier[c][a];
         pull[c] *= ties.c[k];
-        const LinkLanes load = -ties.relaxed[k][c] - pull[c];
-        power += (ties.loads.force[k][c] + load) * ties.velocity[k][c];
-        ties.loads.force[k][c] = load;
+        load[c] = ties.relaxed[k][c] + pull[c];
+        power_before -= load[c] * ties.velocity[k][c];
+        power_after -= load[c] * (ties.free[k][c] - tau * ties.inverse_mass[k][c] * pull[c]);
       }
       subtract_vectors<dim>(particles.force.data(), batch.particle, pull);
-      power += ties.loads.add_couples(k, ties.chi[k], ties.cells, particles);
+      add_moments(ties.chi[k], load, couple);
     }
   }
-  return sum_of(power);
+  const Eigen::Vector3d moment(sum_of(couple[0]), sum_of(couple[1]), sum_of(couple[2]));
+  couples.add(moment, displacement, node_force);
+  couples.add(moment, displacement, reaction);
+  work.add_power(sum_of(power_before), sum_of(power_after));
 }
 } // namespace kerf

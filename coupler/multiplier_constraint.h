@@ -3,9 +3,9 @@
 
 #include "coupler/constraint.h"
 #include "coupler/interface_work.h"
+#include "coupler/link_cells.h"
 #include "coupler/multiplier_equations.h"
-#include "coupler/overlap_links.h"
-#include "coupler/tie_loads.h"
+#include "coupler/node_couple.h"
 
 namespace kerf
 {
@@ -40,7 +40,6 @@ private:
   struct Ties
   {
     LinkCells<dim> cells;
-    TieLoads<dim> loads;              ///< the springs' apart
     std::vector<LinkLanes> c;         ///< see MultiplierEquations
     std::vector<LinkLanes> spring;    ///< [N/m]
     std::vector<LinkLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
@@ -48,6 +47,7 @@ private:
     std::vector<std::array<LinkLanes, dim>> inverse_mass;
     std::vector<std::array<LinkLanes, dim>> chi;      ///< [m]
     std::vector<std::array<LinkLanes, dim>> velocity; ///< of the particles [m/s]
+    std::vector<std::array<LinkLanes, dim>> free;     ///< what it would become without the multipliers [m/s]
     std::vector<std::array<LinkLanes, dim>> relaxed;  ///< force of the relaxation on the point of the finite elements [N]
   };
 
@@ -62,13 +62,12 @@ private:
   template <int dim>
   void solve(double tau);
   template <int dim>
-  double scatter_forces(Ties<dim> &ties, dem::Particles &particles);
+  void scatter_forces(const Ties<dim> &ties, double tau, dem::Particles &particles);
 
   Settings settings;
   const dem::Packing &packing;
   int rank = 0;
   OverlapLinks links;
-  std::unordered_map<int, std::array<bool, 3>> blocked; // directions in which a tied particle cannot move, by packing index
   std::unique_ptr<MultiplierEquations> equations;
   Ties<2> ties_2d; // one of the two
   Ties<3> ties_3d;
@@ -77,7 +76,8 @@ private:
   Eigen::MatrixXd lambda, ahead;                                     // of the nodes, a row an axis
   Eigen::Matrix3Xd node_force, reaction;                             // without and with the springs'
   double stored = 0.;                                                // in the springs [J]
-  InterfaceWork work;                                                // of all forces but the springs'
+  NodeCouple couples;
+  InterfaceWork work; // of all forces but the springs'
 };
 
 MultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt);

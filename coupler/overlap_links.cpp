@@ -130,6 +130,7 @@ void OverlapLinks::renew(const dem::Particles &particles, fem::FemSide &fem)
     link.particle = i;
     link.row = place;
     link.share = row.share;
+    link.blocked = tied[place].blocked;
     link.n = row.n;
     link.N = row.N;
     std::transform(row.node.begin(), row.node.begin() + row.n, link.node.begin(), show);

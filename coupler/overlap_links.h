@@ -19,6 +19,7 @@ struct OverlapLink
   int row = -1;      ///< among all tied particles
   int n = 0;
   double share = 1.;
+  std::array<bool, 3> blocked;  ///< directions in which it cannot move
   std::array<int, 8> node;      ///< columns of the window
   std::array<double, 8> N;      ///< shape functions at the stored position
   std::array<double, 3> origin; ///< stored position [m]

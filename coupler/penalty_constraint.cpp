@@ -85,7 +85,7 @@ template <int dim>
 void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &particles, fem::FemSide &fem)
 {
   choose_springs(particles, fem);
-  springs.cells.assign(links);
+  springs.cells.assign(links, fem.mesh(), packing);
   springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
   if (!settings.corrector)
     return;
@@ -186,15 +186,12 @@ void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &partic
   std::size_t k = 0;
   for (const auto &cell : springs.cells.cells())
   {
-    double u[dim][corners], strain[n_strains + 1][corners], turn[dim][dim]; // turn: F
+    double corner[dim][corners], strain[n_strains + 1][corners], turn[dim][dim]; // turn: F
     LinkLanes reaction[dim][corners] = {}, strained[n_strains + 1][corners] = {}, turned[dim][dim] = {};
+    cell.places(node_displacement, corner);
     for (int a = 0; a < corners; ++a)
-    {
-      for (int c = 0; c < dim; ++c)
-        u[c][a] = node_displacement(c, cell.node[a]);
       for (int s = 0; s < n_strains; ++s)
         strain[s][a] = node_strain(s, cell.node[a]);
-    }
     if constexpr (corrected)
       for (int c = 0; c < dim; ++c)
         for (int d = 0; d < dim; ++d)
@@ -211,9 +208,9 @@ void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &partic
       std::array<LinkLanes, dim> force, place, fluctuation = {};
       for (int c = 0; c < dim; ++c)
       {
-        place[c] = batch.origin[c];
-        for (int a = 0; a < corners; ++a)
-          place[c] += batch.N[a] * u[c][a];
+        place[c] = batch.N[0] * corner[c][0];
+        for (int a = 1; a < corners; ++a)
+          place[c] += batch.N[a] * corner[c][a];
       }
       if constexpr (corrected)
       {

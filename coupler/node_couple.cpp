@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/node_couple.h"
+
+#include <Eigen/Dense>
+
+namespace kerf
+{
+void NodeCouple::renew(const fem::Mesh &mesh, const std::vector<int> &nodes, const Eigen::Matrix3Xd &inverse_mass)
+{
+  const Eigen::Index n = static_cast<Eigen::Index>(nodes.size());
+  places.resize(3, n);
+  mass.setZero(n);
+  for (Eigen::Index a = 0; a < n; ++a)
+  {
+    places.col(a) = mesh.nodes.col(nodes[a]);
+    if (inverse_mass.col(a).head(mesh.dim).minCoeff() > 0.)
+      mass[a] = 1. / inverse_mass(0, a);
+  }
+  total_mass = mass.sum();
+  if (total_mass > 0.)
+    places.colwise() -= Eigen::Vector3d(places * mass / total_mass); // sums of squares keep their digits
+}
+
+void NodeCouple::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const
+{
+  if (total_mass == 0. || couple.isZero(0.))
+    return;
+  using Eigen::Matrix3d, Eigen::Vector3d;
+  Vector3d first = Vector3d::Zero();
+  Matrix3d second = Matrix3d::Zero();
+  for (Eigen::Index a = 0; a < mass.size(); ++a)
+  {
+    const Vector3d place = places.col(a) + displacement.col(a), moment = mass[a] * place;
+    first += moment;
+    second += moment * place.transpose();
+  }
+  second -= first * first.transpose() / total_mass;
+  const double trace = second.trace();
+  if (!(trace > 0.))
+    return;                      // a single node
+  constexpr double line = 1e-14; // nodes in a line do not resist a turn about it
+  const Matrix3d inertia = (1. + line) * trace * Matrix3d::Identity() - second;
+  const Vector3d centre = first / total_mass, turn = inertia.ldlt().solve(couple);
+  for (Eigen::Index a = 0; a < mass.size(); ++a)
+    force.col(a) += mass[a] * turn.cross(Vector3d(places.col(a) + displacement.col(a) - centre));
+}
+} // namespace kerf
