@@ -40,7 +40,7 @@ public:
   [[gnu::always_inline]] Lanes hourglass(const Law &law, const GradientTensor<dim> &H, const Hourglass<dim> &q,
                                          Hourglass<dim> &s, GradientTensor<dim> &P) const
   {
-    const double lambda = law.sheet_lambda(), mu = law.mu;
+    const double lambda = hourglass_mean * law.sheet_lambda(), mu = hourglass_mean * law.mu;
     Hourglass<dim> p, r = {};
 #pragma GCC unroll 8
     for (int h = 0; h < n_hourglass<dim>; ++h)
@@ -67,7 +67,7 @@ public:
     {
 #pragma GCC unroll 8
       for (int d = 0; d < dim; ++d)
-        r[3][d] += (law.young() * mapping[d] * mapping[d]) * p[3][d];
+        r[3][d] += (hourglass_mean * hourglass_mean * law.young() * mapping[d] * mapping[d]) * p[3][d];
     }
     Lanes energy = {};
 #pragma GCC unroll 8

@@ -10,6 +10,8 @@ inline constexpr int n_hourglass = q1::n_nodes<dim> - 1 - dim; ///< monomials wi
 
 /// Monomials with two factors or more: xi eta; in space xi eta, xi zeta, eta zeta, xi eta zeta.
 inline constexpr int hourglass_monomials[4] = {3, 5, 6, 7};
+/// Mean of xi^2 over the Gauss points: the amplitudes are those of plain monomials.
+inline constexpr double hourglass_mean = 1. / 3.;
 /// Number of the amplitude of xi_d xi_e.
 constexpr int hourglass_of(const int d, const int e)
 {

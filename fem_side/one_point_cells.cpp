@@ -33,34 +33,69 @@ template <typename Cell, int dim, typename Law>
 } // namespace
 
 template <int dim>
-void OnePointCells<dim>::clear()
+class OnePointCells<dim>::CellsOfMappedPatch
 {
-  mapped.clear();
-  weighted.clear();
-  boxes.clear();
-}
+public:
+  using Cell = ShapedOnePoint<dim, true>;
+
+  explicit CellsOfMappedPatch(const MappedPatch &patch) : weights(patch.weight)
+  {
+    for (int plane = 0; plane < P::n_planes; ++plane)
+      positions.set_plane(plane, &patch.position[plane * P::nodes_of_plane]);
+  }
+  [[gnu::always_inline]] Cell operator[](const int cell) const
+  {
+    Mapped geometry;
+    positions.monomials(cell, geometry.positions.x);
+    geometry.weight = weights[cell];
+    return Cell(geometry);
+  }
+
+private:
+  const Lanes *weights;
+  PatchField<dim> positions;
+};
 
 template <int dim>
-void OnePointCells<dim>::add_cell(const int (&offset)[n], const CellGeometry<dim> &cell)
+class OnePointCells<dim>::CellsOfBoxPatch
+{
+public:
+  using Cell = BoxOnePoint<dim>;
+
+  explicit CellsOfBoxPatch(const BoxPatch &patch) : patch(patch) {}
+  [[gnu::always_inline]] Cell operator[](const int cell) const
+  {
+    Box geometry;
+    for (int d = 0; d < dim; ++d)
+      geometry.mapping[d] = patch.mapping[d][cell >> d & 1];
+    geometry.weight = patch.weight[cell];
+    return Cell(geometry);
+  }
+
+private:
+  const BoxPatch &patch;
+};
+
+template <int dim>
+void OnePointCells<dim>::add_cell(const int (&node)[n], const CellGeometry<dim> &cell)
 {
   const double total_weight = cell.total_weight();
-  if (cell.box && cell.uniform)
-    boxes.add(offset,
-              [&](Box &lanes, const int l, const bool unused)
-              {
-                for (int d = 0; d < dim; ++d)
-                  lanes.mapping[d][l] = cell.inverse[0](d, d) / n;
-                lanes.weight[l] = unused ? 0. : total_weight;
-              });
-  else if (cell.uniform)
-    mapped.add(offset,
-               [&](Mapped &lanes, const int l, const bool unused)
-               {
-                 lanes.positions.set(l, cell.X);
-                 lanes.weight[l] = unused ? 0. : cell.alpha[0] * std::pow(1. / n, dim - 1);
-               });
+  if (cell.uniform)
+  {
+    NumberedCell<dim> numbered;
+    std::copy(node, node + n, numbered.node);
+    numbered.X = cell.X;
+    UniformCell uniform;
+    for (int d = 0; d < dim; ++d)
+      uniform.mapping[d] = cell.inverse[0](d, d) / n;
+    uniform.box_weight = total_weight;
+    uniform.mapped_weight = cell.alpha[0] * std::pow(1. / n, dim - 1);
+    uniform.box = cell.box;
+    waiting.push_back(numbered);
+    waiting_uniform.push_back(uniform);
+  }
   else
-    weighted.add(offset,
+    weighted.add(node,
                  [&](Weighted &lanes, const int l, const bool unused)
                  {
                    const typename CellGeometry<dim>::NodalGradients nodal = cell.mean_gradients();
@@ -72,25 +107,146 @@ void OnePointCells<dim>::add_cell(const int (&offset)[n], const CellGeometry<dim
                        double sum = 0.;
                        for (int a = 0; a < n; ++a)
                          sum += sign(m, a) * nodal(a, j);
-                       lanes.gradient[m][j][l] = sum / (n * monomial_scale(m));
+                       lanes.gradient[m][j][l] = sum / n;
                      }
                  });
 }
 
 template <int dim>
+void OnePointCells<dim>::add_single(const int c)
+{
+  const UniformCell &cell = waiting_uniform[c];
+  if (cell.box)
+    boxes.add(waiting[c].node,
+              [&](Box &lanes, const int l, const bool unused)
+              {
+                for (int d = 0; d < dim; ++d)
+                  lanes.mapping[d][l] = cell.mapping[d];
+                lanes.weight[l] = unused ? 0. : cell.box_weight;
+              });
+  else
+    mapped.add(waiting[c].node,
+               [&](Mapped &lanes, const int l, const bool unused)
+               {
+                 lanes.positions.set(l, waiting[c].X);
+                 lanes.weight[l] = unused ? 0. : cell.mapped_weight;
+               });
+}
+
+template <int dim>
+void OnePointCells<dim>::add_patches(const std::vector<std::array<int, P::n_cells>> &patches, const bool of_boxes)
+{
+  for (const auto &patch : patches)
+  {
+    int node[P::n_nodes];
+    const double *X[P::n_nodes];
+    for (int j = 0; j < P::n_cells; ++j)
+      for (int a = 0; a < n; ++a)
+      {
+        node[P::node(j, a)] = waiting[patch[j]].node[a];
+        X[P::node(j, a)] = waiting[patch[j]].X.col(a).data();
+      }
+    if (of_boxes)
+      box_patches.add(node,
+                      [&](BoxPatch &lanes, const int l, const bool unused)
+                      {
+                        for (int d = 0; d < dim; ++d)
+                          for (int side = 0; side < 2; ++side)
+                            lanes.mapping[d][side][l] = waiting_uniform[patch[side << d]].mapping[d];
+                        for (int j = 0; j < P::n_cells; ++j)
+                          lanes.weight[j][l] = unused ? 0. : waiting_uniform[patch[j]].box_weight;
+                      });
+    else
+      mapped_patches.add(node,
+                         [&](MappedPatch &lanes, const int l, const bool unused)
+                         {
+                           for (int k = 0; k < P::n_nodes; ++k)
+                             for (int i = 0; i < dim; ++i)
+                               lanes.position[k][i][l] = X[k][i];
+                           for (int j = 0; j < P::n_cells; ++j)
+                             lanes.weight[j][l] = unused ? 0. : waiting_uniform[patch[j]].mapped_weight;
+                         });
+  }
+}
+
+template <int dim>
+template <typename List>
+void OnePointCells<dim>::add_parts(List &list, std::vector<typename NodeStream<dim>::Part> &parts)
+{
+  for (auto &batch : list.batches)
+    parts.push_back({&batch.offset[0][0], static_cast<int>(sizeof(batch.offset) / sizeof(int))});
+}
+
+template <int dim>
+void OnePointCells<dim>::arrange(const std::vector<int> &node_dofs)
+{
+  if (arranged)
+    return;
+  arranged = true;
+  std::vector<std::array<int, P::n_cells>> patches[2];
+  for (const auto &patch : find_patches<dim>(waiting, static_cast<int>(node_dofs.size())))
+  {
+    bool box = true;
+    for (const int cell : patch)
+      box = box && waiting_uniform[cell].box;
+    patches[box].push_back(patch);
+  }
+  std::vector<char> in_patch(waiting.size(), 0);
+  for (const bool box : {false, true})
+  {
+    // A few patches would leave most lanes of their batch unused.
+    const std::size_t rest = patches[box].size() % n_lanes;
+    if (2 * rest < n_lanes)
+      patches[box].resize(patches[box].size() - rest);
+    for (const auto &patch : patches[box])
+      for (const int cell : patch)
+        in_patch[cell] = 1;
+    add_patches(patches[box], box);
+  }
+  for (std::size_t c = 0; c < waiting.size(); ++c)
+    if (!in_patch[c])
+      add_single(static_cast<int>(c));
+  waiting = {};
+  waiting_uniform = {};
+
+  std::vector<typename NodeStream<dim>::Part> parts;
+  add_parts(mapped_patches, parts);
+  add_parts(box_patches, parts);
+  add_parts(mapped, parts);
+  add_parts(weighted, parts);
+  add_parts(boxes, parts);
+  nodes.plan(parts, node_dofs);
+}
+
+template <int dim>
 template <typename Law>
-void OnePointCells<dim>::add_forces(const Law &law, const double *u, double *f) const
+void OnePointCells<dim>::subtract_forces(const Law &law, const double *u, double *f) const
 {
   using Coefficients = Lanes[n][dim];
-  mapped.add_forces(u, f,
-                    [&law](const Mapped &geometry, const Coefficients &c, Coefficients &r)
-                    { forces_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c, r); });
-  weighted.add_forces(u, f,
-                      [&law](const Weighted &geometry, const Coefficients &c, Coefficients &r)
-                      { forces_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c, r); });
-  boxes.add_forces(u, f,
-                   [&law](const Box &geometry, const Coefficients &c, Coefficients &r)
-                   { forces_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c, r); });
+  const double *displacements = nodes.displacements();
+  double *forces = nodes.forces();
+  int batch = 0;
+  const auto before = [&] { nodes.read(batch, u); };
+  const auto after = [&] { nodes.subtract(batch++, f); };
+  const auto of_patch = [&law](const auto &cells, const int cell, const Coefficients &c, Coefficients &r)
+  { forces_of_cell<typename std::decay_t<decltype(cells)>::Cell, dim>(law, cells[cell], c, r); };
+  mapped_patches.template add_forces<CellsOfMappedPatch>(displacements, forces, of_patch, before, after);
+  box_patches.template add_forces<CellsOfBoxPatch>(displacements, forces, of_patch, before, after);
+  mapped.add_forces(
+    displacements, forces,
+    [&law](const Mapped &geometry, const Coefficients &c, Coefficients &r)
+    { forces_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c, r); },
+    before, after);
+  weighted.add_forces(
+    displacements, forces,
+    [&law](const Weighted &geometry, const Coefficients &c, Coefficients &r)
+    { forces_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c, r); },
+    before, after);
+  boxes.add_forces(
+    displacements, forces,
+    [&law](const Box &geometry, const Coefficients &c, Coefficients &r)
+    { forces_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c, r); },
+    before, after);
 }
 
 template <int dim>
@@ -98,24 +254,37 @@ template <typename Law>
 double OnePointCells<dim>::energy(const Law &law, const double *u) const
 {
   using Coefficients = Lanes[n][dim];
-  return mapped.energy(u,
-                       [&law](const Mapped &geometry, const Coefficients &c) {
-                         return energy_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c);
-                       }) +
-         weighted.energy(u,
-                         [&law](const Weighted &geometry, const Coefficients &c) {
-                           return energy_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c);
-                         }) +
-         boxes.energy(u, [&law](const Box &geometry, const Coefficients &c)
-                      { return energy_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c); });
+  const double *displacements = nodes.displacements();
+  int batch = 0;
+  const auto before = [&] { nodes.read(batch++, u); };
+  const auto of_patch = [&law](const auto &cells, const int cell, const Coefficients &c)
+  { return energy_of_cell<typename std::decay_t<decltype(cells)>::Cell, dim>(law, cells[cell], c); };
+  double sum = mapped_patches.template energy<CellsOfMappedPatch>(displacements, of_patch, before);
+  sum += box_patches.template energy<CellsOfBoxPatch>(displacements, of_patch, before);
+  sum += mapped.energy(
+    displacements,
+    [&law](const Mapped &geometry, const Coefficients &c)
+    { return energy_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c); },
+    before);
+  sum += weighted.energy(
+    displacements,
+    [&law](const Weighted &geometry, const Coefficients &c)
+    { return energy_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c); },
+    before);
+  sum += boxes.energy(
+    displacements,
+    [&law](const Box &geometry, const Coefficients &c)
+    { return energy_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c); },
+    before);
+  return sum;
 }
 
 template class OnePointCells<2>;
 template class OnePointCells<3>;
-template void OnePointCells<2>::add_forces(const StVenantKirchhoff &, const double *, double *) const;
-template void OnePointCells<3>::add_forces(const StVenantKirchhoff &, const double *, double *) const;
-template void OnePointCells<2>::add_forces(const LinearisedLaw &, const double *, double *) const;
-template void OnePointCells<3>::add_forces(const LinearisedLaw &, const double *, double *) const;
+template void OnePointCells<2>::subtract_forces(const StVenantKirchhoff &, const double *, double *) const;
+template void OnePointCells<3>::subtract_forces(const StVenantKirchhoff &, const double *, double *) const;
+template void OnePointCells<2>::subtract_forces(const LinearisedLaw &, const double *, double *) const;
+template void OnePointCells<3>::subtract_forces(const LinearisedLaw &, const double *, double *) const;
 template double OnePointCells<2>::energy(const StVenantKirchhoff &, const double *) const;
 template double OnePointCells<3>::energy(const StVenantKirchhoff &, const double *) const;
 template double OnePointCells<2>::energy(const LinearisedLaw &, const double *) const;

@@ -17,19 +17,25 @@ namespace kerf::fem
 }
 [[gnu::always_inline]] inline Lanes mean_gradient(const Lanes (&x)[8][3], Lanes (&B)[8][3])
 {
-  add_cross(B[3], x[2], x[6]);
-  add_cross(B[5], x[6], x[4]);
+  Lanes y[7][3]; // times the mean of the squares
+#pragma GCC unroll 8
+  for (const int m : {3, 5, 6})
+#pragma GCC unroll 8
+    for (int i = 0; i < 3; ++i)
+      y[m][i] = hourglass_mean * x[m][i];
+  add_cross(B[3], x[2], y[6]);
+  add_cross(B[5], y[6], x[4]);
   const Lanes curved = dot<3>(x[3], B[3]) + dot<3>(x[5], B[5]);
   add_cross(B[1], x[2], x[4]);
-  add_cross(B[1], x[3], x[5]);
+  add_cross(B[1], x[3], y[5]);
   add_cross(B[2], x[4], x[1]);
-  add_cross(B[2], x[6], x[3]);
+  add_cross(B[2], y[6], x[3]);
   add_cross(B[4], x[1], x[2]);
-  add_cross(B[4], x[5], x[6]);
-  add_cross(B[3], x[5], x[1]);
-  add_cross(B[5], x[1], x[3]);
-  add_cross(B[6], x[4], x[5]);
-  add_cross(B[6], x[3], x[2]);
+  add_cross(B[4], y[5], x[6]);
+  add_cross(B[3], y[5], x[1]);
+  add_cross(B[5], x[1], y[3]);
+  add_cross(B[6], x[4], y[5]);
+  add_cross(B[6], y[3], x[2]);
   return dot<3>(x[1], B[1]) + curved;
 }
 
@@ -116,7 +122,7 @@ public:
       // The in-plane strain of a sheet grows along its normal.
       const int a = normal == 0 ? 1 : 0, b = normal == dim - 1 ? dim - 2 : dim - 1;
       const int of_a = hourglass_of(normal, a), of_b = hourglass_of(normal, b);
-      const double lambda = law.sheet_lambda(), mu = law.mu;
+      const double lambda = hourglass_mean * law.sheet_lambda(), mu = hourglass_mean * law.mu;
       const Lanes strain_aa = dot<dim>(q[of_a], edge[a]);
       if constexpr (dim == 2)
       {
@@ -157,7 +163,7 @@ public:
       for (int d = 0; d < dim; ++d)
       {
         const Lanes strain = dot<dim>(q[3], edge[d]);
-        const Lanes stress = law.young() * strain / (length_squared[d] * length_squared[d]);
+        const Lanes stress = (hourglass_mean * hourglass_mean * law.young()) * strain / (length_squared[d] * length_squared[d]);
         add<dim>(s[3], stress, edge[d]);
         add<dim>(on_edge[d], stress, q[3]);
         energy += 0.5 * stress * strain;
