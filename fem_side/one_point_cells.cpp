@@ -33,50 +33,6 @@ template <typename Cell, int dim, typename Law>
 } // namespace
 
 template <int dim>
-class OnePointCells<dim>::CellsOfMappedPatch
-{
-public:
-  using Cell = ShapedOnePoint<dim, true>;
-
-  explicit CellsOfMappedPatch(const MappedPatch &patch) : weights(patch.weight)
-  {
-    for (int plane = 0; plane < P::n_planes; ++plane)
-      positions.set_plane(plane, &patch.position[plane * P::nodes_of_plane]);
-  }
-  [[gnu::always_inline]] Cell operator[](const int cell) const
-  {
-    Mapped geometry;
-    positions.monomials(cell, geometry.positions.x);
-    geometry.weight = weights[cell];
-    return Cell(geometry);
-  }
-
-private:
-  const Lanes *weights;
-  PatchField<dim> positions;
-};
-
-template <int dim>
-class OnePointCells<dim>::CellsOfBoxPatch
-{
-public:
-  using Cell = BoxOnePoint<dim>;
-
-  explicit CellsOfBoxPatch(const BoxPatch &patch) : patch(patch) {}
-  [[gnu::always_inline]] Cell operator[](const int cell) const
-  {
-    Box geometry;
-    for (int d = 0; d < dim; ++d)
-      geometry.mapping[d] = patch.mapping[d][cell >> d & 1];
-    geometry.weight = patch.weight[cell];
-    return Cell(geometry);
-  }
-
-private:
-  const BoxPatch &patch;
-};
-
-template <int dim>
 void OnePointCells<dim>::add_cell(const int (&node)[n], const CellGeometry<dim> &cell)
 {
   const double total_weight = cell.total_weight();
@@ -228,24 +184,33 @@ void OnePointCells<dim>::subtract_forces(const Law &law, const double *u, double
   int batch = 0;
   const auto before = [&] { nodes.read(batch, u); };
   const auto after = [&] { nodes.subtract(batch++, f); };
-  const auto of_patch = [&law](const auto &cells, const int cell, const Coefficients &c, Coefficients &r)
-  { forces_of_cell<typename std::decay_t<decltype(cells)>::Cell, dim>(law, cells[cell], c, r); };
-  mapped_patches.template add_forces<CellsOfMappedPatch>(displacements, forces, of_patch, before, after);
-  box_patches.template add_forces<CellsOfBoxPatch>(displacements, forces, of_patch, before, after);
+  mapped_patches.add_forces(
+    displacements, forces,
+    [&law](const MappedPatch &patch, const int cell, const Coefficients &c, Coefficients &r) __attribute__((always_inline)) {
+      forces_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(patch[cell]), c, r);
+    },
+    before, after);
+  box_patches.add_forces(
+    displacements, forces,
+    [&law](const BoxPatch &patch, const int cell, const Coefficients &c, Coefficients &r)
+      __attribute__((always_inline)) { forces_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(patch[cell]), c, r); },
+    before, after);
   mapped.add_forces(
     displacements, forces,
-    [&law](const Mapped &geometry, const Coefficients &c, Coefficients &r)
-    { forces_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c, r); },
+    [&law](const Mapped &geometry, const Coefficients &c, Coefficients &r) __attribute__((always_inline)) {
+      forces_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c, r);
+    },
     before, after);
   weighted.add_forces(
     displacements, forces,
-    [&law](const Weighted &geometry, const Coefficients &c, Coefficients &r)
-    { forces_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c, r); },
+    [&law](const Weighted &geometry, const Coefficients &c, Coefficients &r) __attribute__((always_inline)) {
+      forces_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c, r);
+    },
     before, after);
   boxes.add_forces(
     displacements, forces,
     [&law](const Box &geometry, const Coefficients &c, Coefficients &r)
-    { forces_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c, r); },
+      __attribute__((always_inline)) { forces_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c, r); },
     before, after);
 }
 
@@ -257,24 +222,33 @@ double OnePointCells<dim>::energy(const Law &law, const double *u) const
   const double *displacements = nodes.displacements();
   int batch = 0;
   const auto before = [&] { nodes.read(batch++, u); };
-  const auto of_patch = [&law](const auto &cells, const int cell, const Coefficients &c)
-  { return energy_of_cell<typename std::decay_t<decltype(cells)>::Cell, dim>(law, cells[cell], c); };
-  double sum = mapped_patches.template energy<CellsOfMappedPatch>(displacements, of_patch, before);
-  sum += box_patches.template energy<CellsOfBoxPatch>(displacements, of_patch, before);
+  double sum = mapped_patches.energy(
+    displacements,
+    [&law](const MappedPatch &patch, const int cell, const Coefficients &c) __attribute__((always_inline)) {
+      return energy_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(patch[cell]), c);
+    },
+    before);
+  sum += box_patches.energy(
+    displacements,
+    [&law](const BoxPatch &patch, const int cell, const Coefficients &c)
+      __attribute__((always_inline)) { return energy_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(patch[cell]), c); },
+    before);
   sum += mapped.energy(
     displacements,
-    [&law](const Mapped &geometry, const Coefficients &c)
-    { return energy_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c); },
+    [&law](const Mapped &geometry, const Coefficients &c) __attribute__((always_inline)) {
+      return energy_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c);
+    },
     before);
   sum += weighted.energy(
     displacements,
-    [&law](const Weighted &geometry, const Coefficients &c)
-    { return energy_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c); },
+    [&law](const Weighted &geometry, const Coefficients &c) __attribute__((always_inline)) {
+      return energy_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c);
+    },
     before);
   sum += boxes.energy(
     displacements,
     [&law](const Box &geometry, const Coefficients &c)
-    { return energy_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c); },
+      __attribute__((always_inline)) { return energy_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c); },
     before);
   return sum;
 }

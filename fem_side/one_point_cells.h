@@ -63,16 +63,32 @@ private:
   /// Weights are those of the cells' own structures.
   struct MappedPatch
   {
-    Lanes position[P::n_nodes][dim];
+    PatchNodes<dim> position;
     Lanes weight[P::n_cells];
+
+    [[gnu::always_inline]] Mapped operator[](const int cell) const
+    {
+      Mapped result;
+      cell_monomials<dim>(position, cell, result.positions.x);
+      result.weight = weight[cell];
+      return result;
+    }
   };
   struct BoxPatch
   {
     Lanes mapping[dim][2]; ///< of both layers in each direction
     Lanes weight[P::n_cells];
+
+    [[gnu::always_inline]] Box operator[](const int cell) const
+    {
+      Box result;
+#pragma GCC unroll 8
+      for (int d = 0; d < dim; ++d)
+        result.mapping[d] = mapping[d][cell >> d & 1];
+      result.weight = weight[cell];
+      return result;
+    }
   };
-  class CellsOfMappedPatch;
-  class CellsOfBoxPatch;
 
   /// A cell that may become part of a patch.
   struct UniformCell

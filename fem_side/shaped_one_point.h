@@ -57,15 +57,23 @@ public:
 #pragma GCC unroll 8
       for (int i = 0; i < dim; ++i)
         x[m][i] = geometry.positions.x[m][i];
+    // Inverses of the squares of edges and of areas between them, and of the determinant.
+    constexpr int n_areas = dim == 2 ? 0 : 3;
+    Lanes inverse[dim + n_areas + uniform];
+#pragma GCC unroll 8
+    for (int d = 0; d < dim; ++d)
+      inverse[d] = length_squared[d] = dot<dim>(x[1 << d], x[1 << d]);
+#pragma GCC unroll 8
+    for (int normal = 0; normal < n_areas; ++normal)
+    {
+      const int a = normal == 0 ? 1 : 0, b = normal == dim - 1 ? dim - 2 : dim - 1;
+      product[normal] = dot<dim>(x[1 << a], x[1 << b]);
+      inverse[dim + normal] = length_squared[a] * length_squared[b] - product[normal] * product[normal];
+    }
     if constexpr (uniform)
     {
-      const Lanes determinant = mean_gradient(x, B), inverse = 1. / determinant;
-#pragma GCC unroll 8
-      for (int m = 1; m <= n_gradients; ++m)
-#pragma GCC unroll 8
-        for (int j = 0; j < dim; ++j)
-          B[m][j] *= inverse;
-      weight = geometry.weight * determinant;
+      inverse[dim + n_areas] = mean_gradient(x, B);
+      weight = geometry.weight * inverse[dim + n_areas];
     }
     else
     {
@@ -76,6 +84,21 @@ public:
           B[m][j] = geometry.gradient[m][j];
       weight = geometry.weight;
     }
+    invert(inverse);
+    if constexpr (uniform)
+    {
+#pragma GCC unroll 8
+      for (int m = 1; m <= n_gradients; ++m)
+#pragma GCC unroll 8
+        for (int j = 0; j < dim; ++j)
+          B[m][j] *= inverse[dim + n_areas];
+    }
+#pragma GCC unroll 8
+    for (int d = 0; d < dim; ++d)
+      inverse_length[d] = inverse[d];
+#pragma GCC unroll 8
+    for (int normal = 0; normal < n_areas; ++normal)
+      inverse_area[normal] = inverse[dim + normal];
   }
 
   [[gnu::always_inline]] void split(const Lanes (&c)[n][dim], GradientTensor<dim> &H, Hourglass<dim> &q) const
@@ -108,13 +131,10 @@ public:
   [[gnu::always_inline]] Lanes hourglass(const Law &law, const GradientTensor<dim> &H, const Hourglass<dim> &q,
                                          Hourglass<dim> &s, GradientTensor<dim> &P) const
   {
-    Lanes edge[dim][dim], on_edge[dim][dim] = {}, length_squared[dim];
+    Lanes edge[dim][dim], on_edge[dim][dim] = {};
 #pragma GCC unroll 8
     for (int d = 0; d < dim; ++d)
-    {
       Law::template push_forward<dim>(H, x[1 << d], edge[d]);
-      length_squared[d] = dot<dim>(x[1 << d], x[1 << d]);
-    }
     Lanes energy = {};
 #pragma GCC unroll 8
     for (int normal = 0; normal < dim; ++normal)
@@ -126,16 +146,16 @@ public:
       const Lanes strain_aa = dot<dim>(q[of_a], edge[a]);
       if constexpr (dim == 2)
       {
-        const Lanes stress_aa = (lambda + 2. * mu) * strain_aa / (length_squared[a] * length_squared[a]);
+        const Lanes stress_aa = (lambda + 2. * mu) * strain_aa * (inverse_length[a] * inverse_length[a]);
         add<dim>(s[of_a], stress_aa, edge[a]);
         add<dim>(on_edge[a], stress_aa, q[of_a]);
         energy += 0.5 * stress_aa * strain_aa;
       }
       else
       {
-        const Lanes g_ab = dot<dim>(x[1 << a], x[1 << b]);
-        const Lanes inverse = 1. / (length_squared[a] * length_squared[b] - g_ab * g_ab);
-        const Lanes G_aa = length_squared[b] * inverse, G_bb = length_squared[a] * inverse, G_ab = -g_ab * inverse;
+        const Lanes inverse = inverse_area[normal];
+        const Lanes G_aa = length_squared[b] * inverse, G_bb = length_squared[a] * inverse;
+        const Lanes G_ab = -product[normal] * inverse;
         const Lanes strain_bb = dot<dim>(q[of_b], edge[b]);
         const Lanes strain_ab = 0.5 * (dot<dim>(q[of_a], edge[b]) + dot<dim>(q[of_b], edge[a]));
         // One index raised, then the other.
@@ -163,7 +183,7 @@ public:
       for (int d = 0; d < dim; ++d)
       {
         const Lanes strain = dot<dim>(q[3], edge[d]);
-        const Lanes stress = (hourglass_mean * hourglass_mean * law.young()) * strain / (length_squared[d] * length_squared[d]);
+        const Lanes stress = (hourglass_mean * hourglass_mean * law.young()) * strain * (inverse_length[d] * inverse_length[d]);
         add<dim>(s[3], stress, edge[d]);
         add<dim>(on_edge[d], stress, q[3]);
         energy += 0.5 * stress * strain;
@@ -207,5 +227,8 @@ public:
 
 private:
   Lanes x[n][dim], B[n][dim] = {};
+  // Of the edges at the centre: squares and, by the direction across, products of two; inverses of their squared lengths and
+  // areas.
+  Lanes length_squared[dim], product[dim], inverse_length[dim], inverse_area[dim];
 };
 } // namespace kerf::fem
