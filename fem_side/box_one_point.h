@@ -85,17 +85,17 @@ public:
     return energy;
   }
 
-  [[gnu::always_inline]] void add_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
+  [[gnu::always_inline]] void subtract_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
     {
 #pragma GCC unroll 8
       for (int j = 0; j < dim; ++j)
-        f[1 << j][i] += weight * mapping[j] * P[i][j];
+        f[1 << j][i] -= weight * mapping[j] * P[i][j];
 #pragma GCC unroll 8
       for (int h = 0; h < n_hourglass<dim>; ++h)
-        f[hourglass_monomials[h]][i] += weight * s[h][i];
+        f[hourglass_monomials[h]][i] -= weight * s[h][i];
     }
   }
 

@@ -86,8 +86,8 @@ struct PatchList : LaneList<Patch<dim>::n_nodes, Geometry>
   using typename LaneList<Patch<dim>::n_nodes, Geometry>::Batch;
   static constexpr int n = q1::n_nodes<dim>;
 
-  /// @p forces(geometry, cell, c, f): f += the internal forces of a cell in monomials. @p before and @p after are called around
-  /// each batch.
+  /// @p forces(Forces::Cell(geometry[k]), c, r): r += the forces of cell k in monomials. @p before and @p after are called
+  /// around each batch.
   template <typename Forces, typename Before, typename After>
   void add_forces(const double *u, double *f, const Forces &forces, const Before &before, const After &after) const
   {
@@ -97,19 +97,24 @@ struct PatchList : LaneList<Patch<dim>::n_nodes, Geometry>
       before();
       PatchNodes<dim> v, sum = {};
       read(u, batch, v);
-      for (int cell = 0; cell < Patch<dim>::n_cells; ++cell)
+      // The geometry of the next cell is computed before the law of this one needs all units: neither waits for the other.
+      using Cell = typename Forces::Cell;
+      Cell cells[2] = {Cell(batch.geometry[0]), Cell(batch.geometry[1])};
+      for (int k = 0; k < Patch<dim>::n_cells; ++k)
       {
         Lanes c[n][dim], r[n][dim] = {};
-        cell_monomials<dim>(v, cell, c);
-        forces(batch.geometry, cell, c, r);
-        add_cell_monomials<dim>(r, cell, sum);
+        cell_monomials<dim>(v, k, c);
+        forces(cells[k & 1], c, r);
+        add_cell_monomials<dim>(r, k, sum);
+        if (k + 2 < Patch<dim>::n_cells)
+          cells[k & 1] = Cell(batch.geometry[k + 2]);
       }
       for (int a = 0; a < Patch<dim>::n_nodes; ++a)
         scatter_add<dim>(sum[a], batch.offset[a], f);
       after();
     }
   }
-  /// Sum of @p energy(geometry, cell, c).
+  /// Sum of @p energy(Energy::Cell(geometry[k]), c).
   template <typename Energy, typename Before>
   double energy(const double *u, const Energy &energy_of, const Before &before) const
   {
@@ -123,7 +128,7 @@ struct PatchList : LaneList<Patch<dim>::n_nodes, Geometry>
       {
         Lanes c[n][dim];
         cell_monomials<dim>(v, cell, c);
-        sum += energy_of(batch.geometry, cell, c);
+        sum += energy_of(typename Energy::Cell(batch.geometry[cell]), c);
       }
     }
     return sum_of_lanes(sum);

@@ -6,6 +6,13 @@ namespace kerf::fem
 template <int dim>
 void NodeStream<dim>::plan(const std::vector<Part> &batches, const std::vector<int> &node_dofs)
 {
+  if (direct)
+  {
+    for (const Part &batch : batches)
+      for (int k = 0; k < batch.count; ++k)
+        batch.nodes[k] = node_dofs[batch.nodes[k]];
+    return;
+  }
   std::vector<int> last_batch(node_dofs.size(), -1), place(node_dofs.size(), -1), vacant;
   for (std::size_t b = 0; b < batches.size(); ++b)
     for (int k = 0; k < batches[b].count; ++k)

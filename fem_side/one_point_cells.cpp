@@ -10,26 +10,50 @@ namespace kerf::fem
 {
 namespace
 {
-template <typename Cell, int dim, typename Law>
-[[gnu::always_inline]] inline void forces_of_cell(const Law &law, const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim],
-                                                  Lanes (&f)[q1::n_nodes<dim>][dim])
+template <typename CellLaw, int dim, typename Law>
+struct ForcesOfCell
 {
-  GradientTensor<dim> H, P;
-  Hourglass<dim> q, s = {};
-  cell.split(c, H, q);
-  law.template first_piola<dim>(H, P);
-  cell.hourglass(law, H, q, s, P);
-  cell.add_forces(P, s, f);
-}
+  using Cell = CellLaw;
+  const Law &law;
 
-template <typename Cell, int dim, typename Law>
-[[gnu::always_inline]] inline Lanes energy_of_cell(const Law &law, const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim])
+  /// f -= the internal forces in monomials.
+  [[gnu::always_inline]] void operator()(const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim],
+                                         Lanes (&f)[q1::n_nodes<dim>][dim]) const
+  {
+    GradientTensor<dim> H, P;
+    Hourglass<dim> q, s = {};
+    cell.split(c, H, q);
+    law.template first_piola<dim>(H, P);
+    cell.hourglass(law, H, q, s, P);
+    cell.subtract_forces(P, s, f);
+  }
+  template <typename Geometry>
+  [[gnu::always_inline]] void operator()(const Geometry &geometry, const Lanes (&c)[q1::n_nodes<dim>][dim],
+                                         Lanes (&f)[q1::n_nodes<dim>][dim]) const
+  {
+    (*this)(Cell(geometry), c, f);
+  }
+};
+
+template <typename CellLaw, int dim, typename Law>
+struct EnergyOfCell
 {
-  GradientTensor<dim> H, P = {};
-  Hourglass<dim> q, s = {};
-  cell.split(c, H, q);
-  return cell.weight * (law.template energy_density<dim>(H) + cell.hourglass(law, H, q, s, P));
-}
+  using Cell = CellLaw;
+  const Law &law;
+
+  [[gnu::always_inline]] Lanes operator()(const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim]) const
+  {
+    GradientTensor<dim> H, P = {};
+    Hourglass<dim> q, s = {};
+    cell.split(c, H, q);
+    return cell.weight * (law.template energy_density<dim>(H) + cell.hourglass(law, H, q, s, P));
+  }
+  template <typename Geometry>
+  [[gnu::always_inline]] Lanes operator()(const Geometry &geometry, const Lanes (&c)[q1::n_nodes<dim>][dim]) const
+  {
+    return (*this)(Cell(geometry), c);
+  }
+};
 } // namespace
 
 template <int dim>
@@ -178,79 +202,31 @@ template <int dim>
 template <typename Law>
 void OnePointCells<dim>::subtract_forces(const Law &law, const double *u, double *f) const
 {
-  using Coefficients = Lanes[n][dim];
-  const double *displacements = nodes.displacements();
-  double *forces = nodes.forces();
   int batch = 0;
   const auto before = [&] { nodes.read(batch, u); };
-  const auto after = [&] { nodes.subtract(batch++, f); };
-  mapped_patches.add_forces(
-    displacements, forces,
-    [&law](const MappedPatch &patch, const int cell, const Coefficients &c, Coefficients &r) __attribute__((always_inline)) {
-      forces_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(patch[cell]), c, r);
-    },
-    before, after);
-  box_patches.add_forces(
-    displacements, forces,
-    [&law](const BoxPatch &patch, const int cell, const Coefficients &c, Coefficients &r)
-      __attribute__((always_inline)) { forces_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(patch[cell]), c, r); },
-    before, after);
-  mapped.add_forces(
-    displacements, forces,
-    [&law](const Mapped &geometry, const Coefficients &c, Coefficients &r) __attribute__((always_inline)) {
-      forces_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c, r);
-    },
-    before, after);
-  weighted.add_forces(
-    displacements, forces,
-    [&law](const Weighted &geometry, const Coefficients &c, Coefficients &r) __attribute__((always_inline)) {
-      forces_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c, r);
-    },
-    before, after);
-  boxes.add_forces(
-    displacements, forces,
-    [&law](const Box &geometry, const Coefficients &c, Coefficients &r)
-      __attribute__((always_inline)) { forces_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c, r); },
-    before, after);
+  const auto after = [&] { nodes.write(batch++, f); };
+  const auto add = [&](const auto &list, const auto &law_of)
+  { list.add_forces(nodes.displacements(u), nodes.forces(f), law_of, before, after); };
+  add(mapped_patches, ForcesOfCell<ShapedOnePoint<dim, true>, dim, Law>{law});
+  add(box_patches, ForcesOfCell<BoxOnePoint<dim>, dim, Law>{law});
+  add(mapped, ForcesOfCell<ShapedOnePoint<dim, true>, dim, Law>{law});
+  add(weighted, ForcesOfCell<ShapedOnePoint<dim, false>, dim, Law>{law});
+  add(boxes, ForcesOfCell<BoxOnePoint<dim>, dim, Law>{law});
 }
 
 template <int dim>
 template <typename Law>
 double OnePointCells<dim>::energy(const Law &law, const double *u) const
 {
-  using Coefficients = Lanes[n][dim];
-  const double *displacements = nodes.displacements();
   int batch = 0;
   const auto before = [&] { nodes.read(batch++, u); };
-  double sum = mapped_patches.energy(
-    displacements,
-    [&law](const MappedPatch &patch, const int cell, const Coefficients &c) __attribute__((always_inline)) {
-      return energy_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(patch[cell]), c);
-    },
-    before);
-  sum += box_patches.energy(
-    displacements,
-    [&law](const BoxPatch &patch, const int cell, const Coefficients &c)
-      __attribute__((always_inline)) { return energy_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(patch[cell]), c); },
-    before);
-  sum += mapped.energy(
-    displacements,
-    [&law](const Mapped &geometry, const Coefficients &c) __attribute__((always_inline)) {
-      return energy_of_cell<ShapedOnePoint<dim, true>, dim>(law, ShapedOnePoint<dim, true>(geometry), c);
-    },
-    before);
-  sum += weighted.energy(
-    displacements,
-    [&law](const Weighted &geometry, const Coefficients &c) __attribute__((always_inline)) {
-      return energy_of_cell<ShapedOnePoint<dim, false>, dim>(law, ShapedOnePoint<dim, false>(geometry), c);
-    },
-    before);
-  sum += boxes.energy(
-    displacements,
-    [&law](const Box &geometry, const Coefficients &c)
-      __attribute__((always_inline)) { return energy_of_cell<BoxOnePoint<dim>, dim>(law, BoxOnePoint<dim>(geometry), c); },
-    before);
-  return sum;
+  const auto sum = [&](const auto &list, const auto &law_of) { return list.energy(nodes.displacements(u), law_of, before); };
+  double result = sum(mapped_patches, EnergyOfCell<ShapedOnePoint<dim, true>, dim, Law>{law});
+  result += sum(box_patches, EnergyOfCell<BoxOnePoint<dim>, dim, Law>{law});
+  result += sum(mapped, EnergyOfCell<ShapedOnePoint<dim, true>, dim, Law>{law});
+  result += sum(weighted, EnergyOfCell<ShapedOnePoint<dim, false>, dim, Law>{law});
+  result += sum(boxes, EnergyOfCell<BoxOnePoint<dim>, dim, Law>{law});
+  return result;
 }
 
 template class OnePointCells<2>;

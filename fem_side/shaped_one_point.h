@@ -200,7 +200,7 @@ public:
     return energy;
   }
 
-  [[gnu::always_inline]] void add_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
+  [[gnu::always_inline]] void subtract_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
@@ -218,10 +218,10 @@ public:
       }
 #pragma GCC unroll 8
       for (int m = 1; m <= n_gradients; ++m)
-        f[m][i] += dot<dim>(stress, B[m]);
+        f[m][i] -= dot<dim>(stress, B[m]);
 #pragma GCC unroll 8
       for (int h = 0; h < n_hourglass<dim>; ++h)
-        f[hourglass_monomials[h]][i] += weight * s[h][i];
+        f[hourglass_monomials[h]][i] -= weight * s[h][i];
     }
   }
 
