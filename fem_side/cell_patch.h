@@ -93,21 +93,18 @@ struct PatchList : LaneList<Patch<dim>::n_nodes, Geometry>
   {
     for (const Batch &batch : this->batches)
     {
-      this->prefetch(&batch + 1);
       before();
       PatchNodes<dim> v, sum = {};
       read(u, batch, v);
-      // The geometry of the next cell is computed before the law of this one needs all units: neither waits for the other.
-      using Cell = typename Forces::Cell;
-      Cell cells[2] = {Cell(batch.geometry[0]), Cell(batch.geometry[1])};
+#pragma GCC unroll 1
       for (int k = 0; k < Patch<dim>::n_cells; ++k)
       {
+        // A part at a time: all at once would have to wait.
+        this->prefetch(&batch + 1, k, Patch<dim>::n_cells);
         Lanes c[n][dim], r[n][dim] = {};
         cell_monomials<dim>(v, k, c);
-        forces(cells[k & 1], c, r);
+        forces(batch.geometry[k], c, r);
         add_cell_monomials<dim>(r, k, sum);
-        if (k + 2 < Patch<dim>::n_cells)
-          cells[k & 1] = Cell(batch.geometry[k + 2]);
       }
       for (int a = 0; a < Patch<dim>::n_nodes; ++a)
         scatter_add<dim>(sum[a], batch.offset[a], f);
