@@ -22,62 +22,44 @@ struct Patch
 template <int dim>
 using PatchNodes = Lanes[Patch<dim>::n_nodes][dim];
 
-/// Coefficients of the monomials in a cell, times 2^dim.
+/// Coefficients of the monomials of component @p i in a cell, times 2^dim.
 template <int dim>
-[[gnu::always_inline]] inline void cell_monomials(const PatchNodes<dim> &v, const int cell, Lanes (&c)[q1::n_nodes<dim>][dim])
+[[gnu::always_inline]] inline void read_cell(const PatchNodes<dim> &v, const int cell, const int i,
+                                             Lanes (&c)[q1::n_nodes<dim>])
 {
-  constexpr int n = q1::n_nodes<dim>;
   const Lanes(*first)[dim] = v + Patch<dim>::node_of_first(cell);
 #pragma GCC unroll 8
-  for (int i = 0; i < dim; ++i)
-  {
-    Lanes m[n];
+  for (int a = 0; a < q1::n_nodes<dim>; ++a)
+    c[a] = first[Patch<dim>::node_of_first(a)][i];
 #pragma GCC unroll 8
-    for (int a = 0; a < n; ++a)
-      m[a] = first[Patch<dim>::node_of_first(a)][i];
+  for (int d = 0; d < dim; ++d)
 #pragma GCC unroll 8
-    for (int d = 0; d < dim; ++d)
-#pragma GCC unroll 8
-      for (int k = 0; k < n / 2; ++k)
-      {
-        const int high = with_bit(k, d), low = high ^ 1 << d;
-        const Lanes sum = m[high] + m[low];
-        m[high] = m[high] - m[low];
-        m[low] = sum;
-      }
-#pragma GCC unroll 8
-    for (int a = 0; a < n; ++a)
-      c[a][i] = m[a];
-  }
+    for (int k = 0; k < q1::n_nodes<dim> / 2; ++k)
+    {
+      const int high = with_bit(k, d), low = high ^ 1 << d;
+      const Lanes sum = c[high] + c[low];
+      c[high] = c[high] - c[low];
+      c[low] = sum;
+    }
 }
-/// The transpose.
+/// The transpose; overwrites the coefficients.
 template <int dim>
-[[gnu::always_inline]] inline void add_cell_monomials(const Lanes (&c)[q1::n_nodes<dim>][dim], const int cell,
-                                                      PatchNodes<dim> &v)
+[[gnu::always_inline]] inline void add_to_cell(Lanes (&c)[q1::n_nodes<dim>], const int cell, const int i, PatchNodes<dim> &v)
 {
-  constexpr int n = q1::n_nodes<dim>;
+#pragma GCC unroll 8
+  for (int d = 0; d < dim; ++d)
+#pragma GCC unroll 8
+    for (int k = 0; k < q1::n_nodes<dim> / 2; ++k)
+    {
+      const int odd = with_bit(k, d), even = odd ^ 1 << d;
+      const Lanes low = c[even] - c[odd];
+      c[odd] = c[even] + c[odd];
+      c[even] = low;
+    }
   Lanes(*first)[dim] = v + Patch<dim>::node_of_first(cell);
 #pragma GCC unroll 8
-  for (int i = 0; i < dim; ++i)
-  {
-    Lanes m[n];
-#pragma GCC unroll 8
-    for (int a = 0; a < n; ++a)
-      m[a] = c[a][i];
-#pragma GCC unroll 8
-    for (int d = 0; d < dim; ++d)
-#pragma GCC unroll 8
-      for (int k = 0; k < n / 2; ++k)
-      {
-        const int odd = with_bit(k, d), even = odd ^ 1 << d;
-        const Lanes low = m[even] - m[odd];
-        m[odd] = m[even] + m[odd];
-        m[even] = low;
-      }
-#pragma GCC unroll 8
-    for (int a = 0; a < n; ++a)
-      first[Patch<dim>::node_of_first(a)][i] += m[a];
-  }
+  for (int a = 0; a < q1::n_nodes<dim>; ++a)
+    first[Patch<dim>::node_of_first(a)][i] += c[a];
 }
 
 template <int dim, typename Geometry>
@@ -86,8 +68,8 @@ struct PatchList : LaneList<Patch<dim>::n_nodes, Geometry>
   using typename LaneList<Patch<dim>::n_nodes, Geometry>::Batch;
   static constexpr int n = q1::n_nodes<dim>;
 
-  /// @p forces(Forces::Cell(geometry[k]), c, r): r += the forces of cell k in monomials. @p before and @p after are called
-  /// around each batch.
+  /// @p forces.add(geometry[k], read, add) is given the monomials of cell k component by component by read(component, c), so
+  /// that there is room for them in registers, and adds its forces alike. @p before and @p after are called around each batch.
   template <typename Forces, typename Before, typename After>
   void add_forces(const double *u, double *f, const Forces &forces, const Before &before, const After &after) const
   {
@@ -101,17 +83,16 @@ struct PatchList : LaneList<Patch<dim>::n_nodes, Geometry>
       {
         // A part at a time: all at once would have to wait.
         this->prefetch(&batch + 1, k, Patch<dim>::n_cells);
-        Lanes c[n][dim], r[n][dim] = {};
-        cell_monomials<dim>(v, k, c);
-        forces(batch.geometry[k], c, r);
-        add_cell_monomials<dim>(r, k, sum);
+        forces.add(
+          batch.geometry[k], [&](const int i, Lanes(&c)[n]) __attribute__((always_inline)) { read_cell<dim>(v, k, i, c); },
+          [&](const int i, Lanes(&r)[n]) __attribute__((always_inline)) { add_to_cell<dim>(r, k, i, sum); });
       }
       for (int a = 0; a < Patch<dim>::n_nodes; ++a)
         scatter_add<dim>(sum[a], batch.offset[a], f);
       after();
     }
   }
-  /// Sum of @p energy(Energy::Cell(geometry[k]), c).
+  /// Sum of @p energy_of.sum(geometry[k], read).
   template <typename Energy, typename Before>
   double energy(const double *u, const Energy &energy_of, const Before &before) const
   {
@@ -122,11 +103,9 @@ struct PatchList : LaneList<Patch<dim>::n_nodes, Geometry>
       PatchNodes<dim> v;
       read(u, batch, v);
       for (int cell = 0; cell < Patch<dim>::n_cells; ++cell)
-      {
-        Lanes c[n][dim];
-        cell_monomials<dim>(v, cell, c);
-        sum += energy_of(typename Energy::Cell(batch.geometry[cell]), c);
-      }
+        sum += energy_of.sum(
+          batch.geometry[cell], [&](const int i, Lanes(&c)[n])
+                                  __attribute__((always_inline)) { read_cell<dim>(v, cell, i, c); });
     }
     return sum_of_lanes(sum);
   }

@@ -10,48 +10,67 @@ namespace kerf::fem
 {
 namespace
 {
-template <typename CellLaw, int dim, typename Law>
+/// Reads the monomials of a component.
+template <int dim>
+auto component_of(const Lanes (&c)[q1::n_nodes<dim>][dim])
+{
+  return [&c](const int i, Lanes(&component)[q1::n_nodes<dim>]) __attribute__((always_inline))
+  {
+#pragma GCC unroll 8
+    for (int m = 0; m < q1::n_nodes<dim>; ++m)
+      component[m] = c[m][i];
+  };
+}
+
+/// Subtracts the internal forces of cells.
+template <typename Cell, int dim, typename Law>
 struct ForcesOfCell
 {
-  using Cell = CellLaw;
+  static constexpr int n = q1::n_nodes<dim>;
   const Law &law;
 
-  /// f -= the internal forces in monomials.
-  [[gnu::always_inline]] void operator()(const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim],
-                                         Lanes (&f)[q1::n_nodes<dim>][dim]) const
+  template <typename Geometry, typename Read, typename Add>
+  [[gnu::always_inline]] void add(const Geometry &geometry, const Read &read, const Add &add) const
   {
+    const Cell cell(geometry);
     GradientTensor<dim> H, P;
     Hourglass<dim> q, s = {};
-    cell.split(c, H, q);
+    cell.split(read, H, q);
     law.template first_piola<dim>(H, P);
     cell.hourglass(law, H, q, s, P);
-    cell.subtract_forces(P, s, f);
+    cell.subtract_forces(P, s, add);
   }
   template <typename Geometry>
-  [[gnu::always_inline]] void operator()(const Geometry &geometry, const Lanes (&c)[q1::n_nodes<dim>][dim],
-                                         Lanes (&f)[q1::n_nodes<dim>][dim]) const
+  [[gnu::always_inline]] void operator()(const Geometry &geometry, const Lanes (&c)[n][dim], Lanes (&f)[n][dim]) const
   {
-    (*this)(Cell(geometry), c, f);
+    add(
+      geometry, component_of<dim>(c), [&](const int i, const Lanes(&r)[n]) __attribute__((always_inline)) {
+#pragma GCC unroll 8
+        for (int m = 0; m < n; ++m)
+          f[m][i] = r[m];
+      });
   }
 };
 
-template <typename CellLaw, int dim, typename Law>
+template <typename Cell, int dim, typename Law>
 struct EnergyOfCell
 {
-  using Cell = CellLaw;
+  static constexpr int n = q1::n_nodes<dim>;
   const Law &law;
 
-  [[gnu::always_inline]] Lanes operator()(const Cell &cell, const Lanes (&c)[q1::n_nodes<dim>][dim]) const
+  template <typename Geometry, typename Read>
+  [[gnu::always_inline]] Lanes sum(const Geometry &geometry, const Read &read) const
   {
+    const Cell cell(geometry);
     GradientTensor<dim> H, P = {};
     Hourglass<dim> q, s = {};
-    cell.split(c, H, q);
+    cell.split(read, H, q);
     return cell.weight * (law.template energy_density<dim>(H) + cell.hourglass(law, H, q, s, P));
   }
   template <typename Geometry>
-  [[gnu::always_inline]] Lanes operator()(const Geometry &geometry, const Lanes (&c)[q1::n_nodes<dim>][dim]) const
+  [[gnu::always_inline]] Lanes operator()(const Geometry &geometry, const Lanes (&c)[n][dim]) const
   {
-    return (*this)(Cell(geometry), c);
+    return sum(geometry, component_of<dim>(c));
   }
 };
 } // namespace

@@ -69,7 +69,15 @@ private:
     [[gnu::always_inline]] Mapped operator[](const int cell) const
     {
       Mapped result;
-      cell_monomials<dim>(position, cell, result.positions.x);
+#pragma GCC unroll 8
+      for (int i = 0; i < dim; ++i)
+      {
+        Lanes c[n];
+        read_cell<dim>(position, cell, i, c);
+#pragma GCC unroll 8
+        for (int m = 1; m < n; ++m)
+          result.positions.x[m][i] = c[m];
+      }
       result.weight = weight[cell];
       return result;
     }

@@ -98,31 +98,32 @@ public:
       inverse_area[normal] = inverse[dim + normal];
   }
 
-  [[gnu::always_inline]] void split(const Lanes (&c)[n][dim], GradientTensor<dim> &H, Hourglass<dim> &q) const
+  /// @p read(i, c): monomials of component i.
+  template <typename Read>
+  [[gnu::always_inline]] void split(const Read &read, GradientTensor<dim> &H, Hourglass<dim> &q) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
+    {
+      Lanes c[n];
+      read(i, c);
 #pragma GCC unroll 8
       for (int j = 0; j < dim; ++j)
       {
-        H[i][j] = c[1][i] * B[1][j];
+        H[i][j] = c[1] * B[1][j];
 #pragma GCC unroll 8
         for (int m = 2; m <= n_gradients; ++m)
-          H[i][j] += c[m][i] * B[m][j];
+          H[i][j] += c[m] * B[m][j];
         if constexpr (uniform)
           H[i][j] *= inverse_determinant;
       }
 #pragma GCC unroll 8
-    for (int h = 0; h < n_hourglass<dim>; ++h)
-#pragma GCC unroll 8
-      for (int i = 0; i < dim; ++i)
+      for (int h = 0; h < n_hourglass<dim>; ++h)
       {
         const int m = hourglass_monomials[h];
-        q[h][i] = c[m][i];
-#pragma GCC unroll 8
-        for (int j = 0; j < dim; ++j)
-          q[h][i] -= H[i][j] * x[m][j];
+        q[h][i] = c[m] - dot<dim>(H[i], x[m]);
       }
+    }
   }
 
   /// Forces s and energy of the amplitudes q; adds to P what depends on H by the deformed edges.
@@ -189,12 +190,14 @@ public:
     return energy;
   }
 
-  [[gnu::always_inline]] void subtract_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
+  /// @p add(i, f): adds forces of component i.
+  template <typename Add>
+  [[gnu::always_inline]] void subtract_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, const Add &add) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
     {
-      Lanes stress[dim];
+      Lanes stress[dim], f[n] = {};
 #pragma GCC unroll 8
       for (int j = 0; j < dim; ++j)
       {
@@ -207,10 +210,11 @@ public:
       }
 #pragma GCC unroll 8
       for (int m = 1; m <= n_gradients; ++m)
-        f[m][i] -= dot<dim>(stress, B[m]);
+        f[m] -= dot<dim>(stress, B[m]);
 #pragma GCC unroll 8
       for (int h = 0; h < n_hourglass<dim>; ++h)
-        f[hourglass_monomials[h]][i] -= weight * s[h][i];
+        f[hourglass_monomials[h]] -= weight * s[h][i];
+      add(i, f);
     }
   }
 
