@@ -130,7 +130,7 @@ struct LaneList
   /// Asks for a batch in time, or for one of several parts of it; places behind the last one do no harm.
   static void prefetch(const Batch *batch, const int part = 0, const int n_parts = 1)
   {
-    const std::size_t size = (sizeof(Batch) / 64 + n_parts - 1) / n_parts * 64;
+    const std::size_t n_lines = (sizeof(Batch) + 63) / 64, size = (n_lines + n_parts - 1) / n_parts * 64;
     for (std::size_t byte = part * size; byte < (part + 1) * size; byte += 64)
       __builtin_prefetch(reinterpret_cast<const char *>(batch) + byte);
   }

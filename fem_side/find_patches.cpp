@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/find_patches.h"
 
+#include <algorithm>
+
 namespace kerf::fem
 {
 namespace

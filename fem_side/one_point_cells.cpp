@@ -4,6 +4,7 @@
 #include "fem_side/box_one_point.h"
 #include "fem_side/shaped_one_point.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kerf::fem
@@ -169,14 +170,6 @@ void OnePointCells<dim>::add_patches(const std::vector<std::array<int, P::n_cell
 }
 
 template <int dim>
-template <typename List>
-void OnePointCells<dim>::add_parts(List &list, std::vector<typename NodeStream<dim>::Part> &parts)
-{
-  for (auto &batch : list.batches)
-    parts.push_back({&batch.offset[0][0], static_cast<int>(sizeof(batch.offset) / sizeof(int))});
-}
-
-template <int dim>
 void OnePointCells<dim>::arrange(const std::vector<int> &node_dofs)
 {
   if (arranged)
@@ -209,11 +202,16 @@ void OnePointCells<dim>::arrange(const std::vector<int> &node_dofs)
   waiting_uniform = {};
 
   std::vector<typename NodeStream<dim>::Part> parts;
-  add_parts(mapped_patches, parts);
-  add_parts(box_patches, parts);
-  add_parts(mapped, parts);
-  add_parts(weighted, parts);
-  add_parts(boxes, parts);
+  const auto add_parts = [&parts](auto &list)
+  {
+    for (auto &batch : list.batches)
+      parts.push_back({&batch.offset[0][0], static_cast<int>(sizeof(batch.offset) / sizeof(int))});
+  };
+  add_parts(mapped_patches);
+  add_parts(box_patches);
+  add_parts(mapped);
+  add_parts(weighted);
+  add_parts(boxes);
   nodes.plan(parts, node_dofs);
 }
 

@@ -108,14 +108,12 @@ private:
 
   void add_patches(const std::vector<std::array<int, P::n_cells>> &patches, bool of_boxes);
   void add_single(int c);
-  template <typename List>
-  void add_parts(List &list, std::vector<typename NodeStream<dim>::Part> &parts);
 
-  std::vector<NumberedCell<dim>> waiting;
+  std::vector<NumberedCell<dim>> waiting; ///< for arrange()
   std::vector<UniformCell> waiting_uniform;
   bool arranged = false;
 
-  // In the order of their use.
+  // In the order of their use, on which the places of their nodes depend.
   PatchList<dim, MappedPatch> mapped_patches;
   PatchList<dim, BoxPatch> box_patches;
   BatchList<dim, Mapped, false> mapped;
