@@ -22,17 +22,20 @@ public:
       mapping[d] = geometry.mapping[d];
   }
 
-  [[gnu::always_inline]] void split(const Lanes (&c)[n][dim], GradientTensor<dim> &H, Hourglass<dim> &q) const
+  template <typename Read>
+  [[gnu::always_inline]] void split(const Read &read, GradientTensor<dim> &H, Hourglass<dim> &q) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
     {
+      Lanes c[n];
+      read(i, c);
 #pragma GCC unroll 8
       for (int j = 0; j < dim; ++j)
-        H[i][j] = c[1 << j][i] * mapping[j];
+        H[i][j] = c[1 << j] * mapping[j];
 #pragma GCC unroll 8
       for (int h = 0; h < n_hourglass<dim>; ++h)
-        q[h][i] = c[hourglass_monomials[h]][i];
+        q[h][i] = c[hourglass_monomials[h]];
     }
   }
 
@@ -40,7 +43,7 @@ public:
   [[gnu::always_inline]] Lanes hourglass(const Law &law, const GradientTensor<dim> &H, const Hourglass<dim> &q,
                                          Hourglass<dim> &s, GradientTensor<dim> &P) const
   {
-    const double lambda = law.sheet_lambda(), mu = law.mu;
+    const double lambda = hourglass_mean * law.sheet_lambda(), mu = hourglass_mean * law.mu;
     Hourglass<dim> p, r = {};
 #pragma GCC unroll 8
     for (int h = 0; h < n_hourglass<dim>; ++h)
@@ -67,7 +70,7 @@ public:
     {
 #pragma GCC unroll 8
       for (int d = 0; d < dim; ++d)
-        r[3][d] += (law.young() * mapping[d] * mapping[d]) * p[3][d];
+        r[3][d] += (hourglass_mean * hourglass_mean * law.young() * mapping[d] * mapping[d]) * p[3][d];
     }
     Lanes energy = {};
 #pragma GCC unroll 8
@@ -85,17 +88,20 @@ public:
     return energy;
   }
 
-  [[gnu::always_inline]] void add_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
+  template <typename Add>
+  [[gnu::always_inline]] void subtract_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, const Add &add) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
     {
+      Lanes f[n] = {};
 #pragma GCC unroll 8
       for (int j = 0; j < dim; ++j)
-        f[1 << j][i] += weight * mapping[j] * P[i][j];
+        f[1 << j] -= weight * mapping[j] * P[i][j];
 #pragma GCC unroll 8
       for (int h = 0; h < n_hourglass<dim>; ++h)
-        f[hourglass_monomials[h]][i] += weight * s[h][i];
+        f[hourglass_monomials[h]] -= weight * s[h][i];
+      add(i, f);
     }
   }
 

@@ -22,7 +22,7 @@ void CellKernel<dim>::clear()
 }
 
 template <int dim>
-int CellKernel<dim>::place_of(const int first_dof)
+int CellKernel<dim>::number_of(const int first_dof)
 {
   const std::size_t node = first_dof / dim;
   if (node >= node_places.size())
@@ -31,23 +31,31 @@ int CellKernel<dim>::place_of(const int first_dof)
   {
     node_places[node] = static_cast<int>(node_dofs.size());
     node_dofs.push_back(first_dof);
-    node_values.resize(node_stride<dim> * node_dofs.size(), 0.);
   }
-  return node_stride<dim> * node_places[node];
+  return node_places[node];
 }
 
 template <int dim>
 void CellKernel<dim>::add_cell(const std::array<int, n> &first_dofs, const q1::NodalValues<dim> &X,
                                const std::array<double, n> &alpha)
 {
-  int offset[n];
+  int number[n];
   for (int a = 0; a < n; ++a)
-    offset[a] = place_of(first_dofs[a]);
+    number[a] = number_of(first_dofs[a]);
   const CellGeometry<dim> cell(X, alpha);
   if (integration == Integration::one_point)
-    one_point_cells.add_cell(offset, cell);
+  {
+    if (one_point_cells.empty() || one_point_cells.back().is_arranged())
+      one_point_cells.emplace_back();
+    one_point_cells.back().add_cell(number, cell);
+  }
   else
-    point_cells.add_cell(offset, cell);
+  {
+    for (int &a : number)
+      a *= node_stride<dim>;
+    point_cells.add_cell(number, cell);
+    node_values.resize(node_stride<dim> * node_dofs.size(), 0.);
+  }
   ++n_added;
 }
 
@@ -70,12 +78,16 @@ template <int dim>
 template <typename Law>
 void CellKernel<dim>::subtract_forces(const Law &law, const double *u, double *f) const
 {
+  for (OnePointCells<dim> &cells : one_point_cells)
+  {
+    cells.arrange(node_dofs);
+    cells.subtract_forces(law, u, f);
+  }
+  if (integration == Integration::one_point)
+    return;
   read_nodes(u);
   double *node = node_values.data(), *node_f = node + node_width<dim>;
-  if (integration == Integration::one_point)
-    one_point_cells.add_forces(law, node, node_f);
-  else
-    point_cells.add_forces(law, node, node_f);
+  point_cells.add_forces(law, node, node_f);
   for (const int dof : node_dofs)
   {
     for (int c = 0; c < dim; ++c)
@@ -88,9 +100,15 @@ template <int dim>
 template <typename Law>
 double CellKernel<dim>::energy(const Law &law, const double *u) const
 {
-  read_nodes(u);
+  double sum = 0.;
+  for (OnePointCells<dim> &cells : one_point_cells)
+  {
+    cells.arrange(node_dofs);
+    sum += cells.energy(law, u);
+  }
   if (integration == Integration::one_point)
-    return one_point_cells.energy(law, node_values.data());
+    return sum;
+  read_nodes(u);
   return point_cells.energy(law, node_values.data());
 }
 

@@ -37,7 +37,7 @@ public:
 private:
   using NodalArray = std::vector<double, Eigen::aligned_allocator<double>>;
 
-  int place_of(int first_dof);
+  int number_of(int first_dof);
   void read_nodes(const double *u) const;
   template <typename Law>
   void subtract_forces(const Law &law, const double *u, double *f) const;
@@ -49,7 +49,8 @@ private:
   Strain strain;
   Integration integration;
   PointCells<dim> point_cells;
-  OnePointCells<dim> one_point_cells;
+  /// Arranged at their first use; cells that are added later are arranged apart.
+  mutable std::vector<OnePointCells<dim>> one_point_cells;
   int n_added = 0;
 
   // Nodes of the cells in the order of the cells, so that what is needed together lies together.

@@ -10,6 +10,8 @@ inline constexpr int n_hourglass = q1::n_nodes<dim> - 1 - dim; ///< monomials wi
 
 /// Monomials with two factors or more: xi eta; in space xi eta, xi zeta, eta zeta, xi eta zeta.
 inline constexpr int hourglass_monomials[4] = {3, 5, 6, 7};
+/// Mean of xi^2 over the Gauss points: the amplitudes are those of plain monomials.
+inline constexpr double hourglass_mean = 1. / 3.;
 /// Number of the amplitude of xi_d xi_e.
 constexpr int hourglass_of(const int d, const int e)
 {
@@ -44,5 +46,32 @@ template <int dim>
 #pragma GCC unroll 8
   for (int i = 0; i < 3; ++i)
     to[i] += a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+/// The inverses of all values by one division, which takes as long as a dozen products.
+template <int k>
+[[gnu::always_inline]] inline void invert(Lanes (&values)[k])
+{
+  if constexpr (k == 1)
+    values[0] = 1. / values[0];
+  else
+  {
+    Lanes products[(k + 1) / 2];
+    if constexpr (k % 2 == 1)
+      products[k / 2] = values[k - 1];
+#pragma GCC unroll 8
+    for (int i = 0; i < k / 2; ++i)
+      products[i] = values[2 * i] * values[2 * i + 1];
+    invert(products);
+    if constexpr (k % 2 == 1)
+      values[k - 1] = products[k / 2];
+#pragma GCC unroll 8
+    for (int i = 0; i < k / 2; ++i)
+    {
+      const Lanes low = values[2 * i];
+      values[2 * i] = products[i] * values[2 * i + 1];
+      values[2 * i + 1] = products[i] * low;
+    }
+  }
 }
 } // namespace kerf::fem

@@ -36,9 +36,11 @@ namespace lanes
 typedef double Pair __attribute__((vector_size(2 * sizeof(double))));
 typedef double Quad __attribute__((vector_size(4 * sizeof(double))));
 
+/// Pairs also come from callers' vectors, of any alignment.
+typedef Pair AnyPair __attribute__((aligned(sizeof(double))));
 inline Pair pair(const double *p)
 {
-  return *reinterpret_cast<const Pair *>(p);
+  return *reinterpret_cast<const AnyPair *>(p);
 }
 inline Quad quad(const double *p)
 {
@@ -46,7 +48,7 @@ inline Quad quad(const double *p)
 }
 inline void add(double *p, const Pair value)
 {
-  *reinterpret_cast<Pair *>(p) += value;
+  *reinterpret_cast<AnyPair *>(p) += value;
 }
 inline void add(double *p, const Quad value)
 {

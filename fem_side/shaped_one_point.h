@@ -17,19 +17,25 @@ namespace kerf::fem
 }
 [[gnu::always_inline]] inline Lanes mean_gradient(const Lanes (&x)[8][3], Lanes (&B)[8][3])
 {
-  add_cross(B[3], x[2], x[6]);
-  add_cross(B[5], x[6], x[4]);
+  Lanes y[7][3]; // times the mean of the squares
+#pragma GCC unroll 8
+  for (const int m : {3, 5, 6})
+#pragma GCC unroll 8
+    for (int i = 0; i < 3; ++i)
+      y[m][i] = hourglass_mean * x[m][i];
+  add_cross(B[3], x[2], y[6]);
+  add_cross(B[5], y[6], x[4]);
   const Lanes curved = dot<3>(x[3], B[3]) + dot<3>(x[5], B[5]);
   add_cross(B[1], x[2], x[4]);
-  add_cross(B[1], x[3], x[5]);
+  add_cross(B[1], x[3], y[5]);
   add_cross(B[2], x[4], x[1]);
-  add_cross(B[2], x[6], x[3]);
+  add_cross(B[2], y[6], x[3]);
   add_cross(B[4], x[1], x[2]);
-  add_cross(B[4], x[5], x[6]);
-  add_cross(B[3], x[5], x[1]);
-  add_cross(B[5], x[1], x[3]);
-  add_cross(B[6], x[4], x[5]);
-  add_cross(B[6], x[3], x[2]);
+  add_cross(B[4], y[5], x[6]);
+  add_cross(B[3], y[5], x[1]);
+  add_cross(B[5], x[1], y[3]);
+  add_cross(B[6], x[4], y[5]);
+  add_cross(B[6], y[3], x[2]);
   return dot<3>(x[1], B[1]) + curved;
 }
 
@@ -51,15 +57,23 @@ public:
 #pragma GCC unroll 8
       for (int i = 0; i < dim; ++i)
         x[m][i] = geometry.positions.x[m][i];
+    // Inverses of the squares of edges and of areas between them, and of the determinant.
+    constexpr int n_areas = dim == 2 ? 0 : 3;
+    Lanes inverse[dim + n_areas + uniform];
+#pragma GCC unroll 8
+    for (int d = 0; d < dim; ++d)
+      inverse[d] = length_squared[d] = dot<dim>(x[1 << d], x[1 << d]);
+#pragma GCC unroll 8
+    for (int normal = 0; normal < n_areas; ++normal)
+    {
+      const int a = normal == 0 ? 1 : 0, b = normal == dim - 1 ? dim - 2 : dim - 1;
+      product[normal] = dot<dim>(x[1 << a], x[1 << b]);
+      inverse[dim + normal] = length_squared[a] * length_squared[b] - product[normal] * product[normal];
+    }
     if constexpr (uniform)
     {
-      const Lanes determinant = mean_gradient(x, B), inverse = 1. / determinant;
-#pragma GCC unroll 8
-      for (int m = 1; m <= n_gradients; ++m)
-#pragma GCC unroll 8
-        for (int j = 0; j < dim; ++j)
-          B[m][j] *= inverse;
-      weight = geometry.weight * determinant;
+      inverse[dim + n_areas] = mean_gradient(x, B);
+      weight = geometry.weight * inverse[dim + n_areas];
     }
     else
     {
@@ -68,33 +82,48 @@ public:
 #pragma GCC unroll 8
         for (int j = 0; j < dim; ++j)
           B[m][j] = geometry.gradient[m][j];
-      weight = geometry.weight;
+      weight = gradient_weight = geometry.weight;
     }
+    invert(inverse);
+    if constexpr (uniform)
+    {
+      inverse_determinant = inverse[dim + n_areas];
+      gradient_weight = geometry.weight;
+    }
+#pragma GCC unroll 8
+    for (int d = 0; d < dim; ++d)
+      inverse_length[d] = inverse[d];
+#pragma GCC unroll 8
+    for (int normal = 0; normal < n_areas; ++normal)
+      inverse_area[normal] = inverse[dim + normal];
   }
 
-  [[gnu::always_inline]] void split(const Lanes (&c)[n][dim], GradientTensor<dim> &H, Hourglass<dim> &q) const
+  /// @p read(i, c): monomials of component i.
+  template <typename Read>
+  [[gnu::always_inline]] void split(const Read &read, GradientTensor<dim> &H, Hourglass<dim> &q) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
+    {
+      Lanes c[n];
+      read(i, c);
 #pragma GCC unroll 8
       for (int j = 0; j < dim; ++j)
       {
-        H[i][j] = c[1][i] * B[1][j];
+        H[i][j] = c[1] * B[1][j];
 #pragma GCC unroll 8
         for (int m = 2; m <= n_gradients; ++m)
-          H[i][j] += c[m][i] * B[m][j];
+          H[i][j] += c[m] * B[m][j];
+        if constexpr (uniform)
+          H[i][j] *= inverse_determinant;
       }
 #pragma GCC unroll 8
-    for (int h = 0; h < n_hourglass<dim>; ++h)
-#pragma GCC unroll 8
-      for (int i = 0; i < dim; ++i)
+      for (int h = 0; h < n_hourglass<dim>; ++h)
       {
         const int m = hourglass_monomials[h];
-        q[h][i] = c[m][i];
-#pragma GCC unroll 8
-        for (int j = 0; j < dim; ++j)
-          q[h][i] -= H[i][j] * x[m][j];
+        q[h][i] = c[m] - dot<dim>(H[i], x[m]);
       }
+    }
   }
 
   /// Forces s and energy of the amplitudes q; adds to P what depends on H by the deformed edges.
@@ -102,84 +131,73 @@ public:
   [[gnu::always_inline]] Lanes hourglass(const Law &law, const GradientTensor<dim> &H, const Hourglass<dim> &q,
                                          Hourglass<dim> &s, GradientTensor<dim> &P) const
   {
-    Lanes edge[dim][dim], on_edge[dim][dim] = {}, length_squared[dim];
+    Lanes edge[dim][dim], strain[n_hourglass<dim>][dim], stress[n_hourglass<dim>][dim] = {};
 #pragma GCC unroll 8
     for (int d = 0; d < dim; ++d)
     {
       Law::template push_forward<dim>(H, x[1 << d], edge[d]);
-      length_squared[d] = dot<dim>(x[1 << d], x[1 << d]);
+#pragma GCC unroll 8
+      for (int h = 0; h < n_hourglass<dim>; ++h)
+        strain[h][d] = dot<dim>(q[h], edge[d]);
     }
-    Lanes energy = {};
+    const double lambda = hourglass_mean * law.sheet_lambda(), mu = hourglass_mean * law.mu;
 #pragma GCC unroll 8
     for (int normal = 0; normal < dim; ++normal)
     {
       // The in-plane strain of a sheet grows along its normal.
       const int a = normal == 0 ? 1 : 0, b = normal == dim - 1 ? dim - 2 : dim - 1;
       const int of_a = hourglass_of(normal, a), of_b = hourglass_of(normal, b);
-      const double lambda = law.sheet_lambda(), mu = law.mu;
-      const Lanes strain_aa = dot<dim>(q[of_a], edge[a]);
       if constexpr (dim == 2)
-      {
-        const Lanes stress_aa = (lambda + 2. * mu) * strain_aa / (length_squared[a] * length_squared[a]);
-        add<dim>(s[of_a], stress_aa, edge[a]);
-        add<dim>(on_edge[a], stress_aa, q[of_a]);
-        energy += 0.5 * stress_aa * strain_aa;
-      }
+        stress[of_a][a] = (lambda + 2. * mu) * strain[of_a][a] * (inverse_length[a] * inverse_length[a]);
       else
       {
-        const Lanes g_ab = dot<dim>(x[1 << a], x[1 << b]);
-        const Lanes inverse = 1. / (length_squared[a] * length_squared[b] - g_ab * g_ab);
-        const Lanes G_aa = length_squared[b] * inverse, G_bb = length_squared[a] * inverse, G_ab = -g_ab * inverse;
-        const Lanes strain_bb = dot<dim>(q[of_b], edge[b]);
-        const Lanes strain_ab = 0.5 * (dot<dim>(q[of_a], edge[b]) + dot<dim>(q[of_b], edge[a]));
-        // One index raised, then the other.
-        const Lanes m_aa = G_aa * strain_aa + G_ab * strain_ab, m_ab = G_aa * strain_ab + G_ab * strain_bb;
-        const Lanes m_ba = G_ab * strain_aa + G_bb * strain_ab, m_bb = G_ab * strain_ab + G_bb * strain_bb;
-        const Lanes pressure = lambda * (m_aa + m_bb);
-        const Lanes t_aa = pressure + (2. * mu) * m_aa, t_bb = pressure + (2. * mu) * m_bb;
-        const Lanes stress_aa = t_aa * G_aa + (2. * mu) * m_ab * G_ab;
-        const Lanes stress_bb = t_bb * G_bb + (2. * mu) * m_ba * G_ab;
-        const Lanes stress_ab = t_aa * G_ab + (2. * mu) * m_ab * G_bb;
-        add<dim>(s[of_a], stress_aa, edge[a]);
-        add<dim>(s[of_a], stress_ab, edge[b]);
-        add<dim>(s[of_b], stress_bb, edge[b]);
-        add<dim>(s[of_b], stress_ab, edge[a]);
-        add<dim>(on_edge[a], stress_aa, q[of_a]);
-        add<dim>(on_edge[a], stress_ab, q[of_b]);
-        add<dim>(on_edge[b], stress_bb, q[of_b]);
-        add<dim>(on_edge[b], stress_ab, q[of_a]);
-        energy += 0.5 * (stress_aa * strain_aa + stress_bb * strain_bb) + stress_ab * strain_ab;
+        // Both indices raised: G E G = tr(G E) G - det(G) adj(E) for the inverse G of the metric.
+        const Lanes shear = strain[of_a][b] + strain[of_b][a], inverse = inverse_area[normal];
+        const Lanes trace = length_squared[b] * strain[of_a][a] + length_squared[a] * strain[of_b][b] - product[normal] * shear;
+        const Lanes along_G = (lambda + 2. * mu) * trace * (inverse * inverse), along_adjugate = (2. * mu) * inverse;
+        const Lanes stress_ab = 0.5 * along_adjugate * shear - along_G * product[normal];
+        stress[of_a][a] += along_G * length_squared[b] - along_adjugate * strain[of_b][b];
+        stress[of_b][b] += along_G * length_squared[a] - along_adjugate * strain[of_a][a];
+        stress[of_a][b] += stress_ab;
+        stress[of_b][a] += stress_ab;
       }
     }
     if constexpr (dim == 3)
     {
 #pragma GCC unroll 8
       for (int d = 0; d < dim; ++d)
-      {
-        const Lanes strain = dot<dim>(q[3], edge[d]);
-        const Lanes stress = law.young() * strain / (length_squared[d] * length_squared[d]);
-        add<dim>(s[3], stress, edge[d]);
-        add<dim>(on_edge[d], stress, q[3]);
-        energy += 0.5 * stress * strain;
-      }
+        stress[3][d] = (hourglass_mean * hourglass_mean * law.young()) * strain[3][d] * (inverse_length[d] * inverse_length[d]);
     }
-    if constexpr (!Law::linear)
-    {
+    Lanes energy = {};
 #pragma GCC unroll 8
-      for (int d = 0; d < dim; ++d)
+    for (int d = 0; d < dim; ++d)
+    {
+      Lanes on_edge[dim] = {};
+#pragma GCC unroll 8
+      for (int h = 0; h < n_hourglass<dim>; ++h)
+      {
+        add<dim>(s[h], stress[h][d], edge[d]);
+        add<dim>(on_edge, stress[h][d], q[h]);
+        energy += 0.5 * stress[h][d] * strain[h][d];
+      }
+      if constexpr (!Law::linear)
+      {
 #pragma GCC unroll 8
         for (int i = 0; i < dim; ++i)
-          add<dim>(P[i], on_edge[d][i], x[1 << d]);
+          add<dim>(P[i], on_edge[i], x[1 << d]);
+      }
     }
     return energy;
   }
 
-  [[gnu::always_inline]] void add_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, Lanes (&f)[n][dim]) const
+  /// @p add(i, f): adds forces of component i.
+  template <typename Add>
+  [[gnu::always_inline]] void subtract_forces(const GradientTensor<dim> &P, const Hourglass<dim> &s, const Add &add) const
   {
 #pragma GCC unroll 8
     for (int i = 0; i < dim; ++i)
     {
-      Lanes stress[dim];
+      Lanes stress[dim], f[n] = {};
 #pragma GCC unroll 8
       for (int j = 0; j < dim; ++j)
       {
@@ -188,18 +206,25 @@ public:
 #pragma GCC unroll 8
         for (int h = 0; h < n_hourglass<dim>; ++h)
           stress[j] -= s[h][i] * x[hourglass_monomials[h]][j];
-        stress[j] *= weight;
+        stress[j] *= gradient_weight;
       }
 #pragma GCC unroll 8
       for (int m = 1; m <= n_gradients; ++m)
-        f[m][i] += dot<dim>(stress, B[m]);
+        f[m] -= dot<dim>(stress, B[m]);
 #pragma GCC unroll 8
       for (int h = 0; h < n_hourglass<dim>; ++h)
-        f[hourglass_monomials[h]][i] += weight * s[h][i];
+        f[hourglass_monomials[h]] -= weight * s[h][i];
+      add(i, f);
     }
   }
 
 private:
-  Lanes x[n][dim], B[n][dim] = {};
+  Lanes x[n][dim];
+  Lanes B[n][dim] = {};      ///< the mean gradient, if the weight is uniform times the determinant
+  Lanes inverse_determinant; ///< of the Jacobian
+  Lanes gradient_weight;     ///< weight of B
+  // Of the edges at the centre: squares and, by the direction across, products of two; inverses of their squared lengths and
+  // areas.
+  Lanes length_squared[dim], product[dim], inverse_length[dim], inverse_area[dim];
 };
 } // namespace kerf::fem
