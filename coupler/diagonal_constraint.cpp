@@ -31,6 +31,7 @@ void DiagonalConstraint::renew(Ties<dim> &ties, const dem::Particles &particles,
   fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
   couples.renew(fem.mesh(), links.window(), inverse_node_mass);
   ties.cells.assign(links, fem.mesh(), packing);
+  ties.loads.renew(ties.cells, particles);
   ties.pulled = ties.cells.lanes_of([&](std::size_t k) { return links.links()[k].share * mass[k]; });
   ties.inverse_mass = ties.cells.inverse_masses(links, particles);
 }
@@ -42,10 +43,9 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
   const double dt = settings.time_step;
   work.begin(phase, particles, fem); // while the window is that of the step before
   const LinkChange change = links.update(particles, fem);
+  work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
   if (change == LinkChange::renewed)
     renew(ties, particles, fem);
-  else if (change == LinkChange::renumbered)
-    ties.cells.renumber(links);
 
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::velocity, velocity);
@@ -53,19 +53,22 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
   const double tau = stepping ? dt : 0.5 * dt;
   ahead = velocity + tau * inverse_node_mass.cwiseProduct(force);
-  packing.periodic.isZero(0.) ? pull<dim, false>(ties, tau, particles) : pull<dim, true>(ties, tau, particles);
+  const double power =
+    packing.periodic.isZero(0.) ? pull<dim, false>(ties, tau, particles) : pull<dim, true>(ties, tau, particles);
+  if (stepping)
+    work.add_energy(0.5 * dt * power);
   fem.add_window_forces(node_force);
   work.end(node_force, velocity);
 }
 
-/// Adds the forces.
+/// Adds the forces. Returns the power of the forces of the step before and of these on the particles [W].
 template <int dim, bool periodic>
-void DiagonalConstraint::pull(const Ties<dim> &ties, double tau, dem::Particles &particles)
+double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
   constexpr int corners = LinkCells<dim>::corners;
   const double closing = settings.closing / settings.time_step, rate_of_tau = 1. / tau;
   node_force.setZero(3, links.n_window());
-  LinkLanes power_before = {}, power_after = {}, couple[3] = {};
+  LinkLanes power = {}, couple[3] = {};
   std::size_t k = 0;
   for (const auto &cell : ties.cells.cells())
   {
@@ -84,9 +87,8 @@ void DiagonalConstraint::pull(const Ties<dim> &ties, double tau, dem::Particles 
       std::array<LinkLanes, dim> chi, pull;
       for (int c = 0; c < dim; ++c)
       {
-        const LinkLanes mobility = tau * ties.inverse_mass[k][c], free = own_velocity[c] + mobility * own_force[c];
         chi[c] = position[c];
-        LinkLanes rate = free;
+        LinkLanes rate = own_velocity[c] + tau * ties.inverse_mass[k][c] * own_force[c];
         for (int a = 0; a < corners; ++a)
         {
           chi[c] -= batch.N[a] * place[c][a];
@@ -95,8 +97,8 @@ void DiagonalConstraint::pull(const Ties<dim> &ties, double tau, dem::Particles 
         if (periodic && packing.periodic[c] > 0.)
           wrap_lanes(chi[c], packing.periodic[c]);
         pull[c] = rate_of_tau * ties.pulled[k] * (rate + closing * chi[c]);
-        power_before -= pull[c] * own_velocity[c];
-        power_after -= pull[c] * (free - mobility * pull[c]);
+        power += (ties.loads.force[k][c] - pull[c]) * own_velocity[c];
+        ties.loads.force[k][c] = -pull[c];
         for (int a = 0; a < corners; ++a)
           reaction[c][a] += batch.N[a] * pull[c];
       }
@@ -111,6 +113,6 @@ void DiagonalConstraint::pull(const Ties<dim> &ties, double tau, dem::Particles 
     }
   }
   couples.add(Eigen::Vector3d(sum_of(couple[0]), sum_of(couple[1]), sum_of(couple[2])), displacement, node_force);
-  work.add_power(sum_of(power_before), sum_of(power_after));
+  return sum_of(power);
 }
 } // namespace kerf

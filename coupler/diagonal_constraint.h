@@ -3,8 +3,8 @@
 
 #include "coupler/constraint.h"
 #include "coupler/interface_work.h"
-#include "coupler/link_cells.h"
 #include "coupler/node_couple.h"
+#include "coupler/tie_loads.h"
 
 namespace kerf
 {
@@ -38,6 +38,7 @@ private:
   struct Ties
   {
     LinkCells<dim> cells;
+    TieLoads<dim> loads;
     std::vector<LinkLanes> pulled; ///< share/D_i [kg]
     /// 0 in directions in which a particle cannot move [1/kg]
     std::vector<std::array<LinkLanes, dim>> inverse_mass;
@@ -47,7 +48,7 @@ private:
   template <int dim>
   void renew(Ties<dim> &ties, const dem::Particles &particles, fem::FemSide &fem);
   template <int dim, bool periodic>
-  void pull(const Ties<dim> &ties, double tau, dem::Particles &particles);
+  double pull(Ties<dim> &ties, double tau, dem::Particles &particles);
 
   Settings settings;
   const dem::Packing &packing;

@@ -7,9 +7,6 @@ void InterfaceWork::begin(dem::Phase phase, const dem::Particles &particles, con
 {
   stepping = phase == dem::Phase::step;
   on_particles.begin(phase, particles);
-  if (stepping)
-    on_particles.add_energy(ahead);
-  ahead = 0.;
   if (stepping && has_forces)
   {
     fem.read_window(fem::NodalField::velocity, node_velocity);

@@ -20,14 +20,8 @@ public:
   {
     on_particles.add(particles, i, force, torque);
   }
-  /// Power of forces on particles at their velocities before the step's forces act and after [W]: work over the second half of
-  /// the way there, and over the first half of the way on, which counts when it has been gone.
-  void add_power(double before, double after)
-  {
-    if (stepping)
-      on_particles.add_energy(0.5 * dt * before);
-    ahead = 0.5 * dt * after;
-  }
+  /// What a constraint counts itself [J].
+  void add_energy(double energy) { on_particles.add_energy(energy); }
   /// Forces on the window's nodes [N] and their velocities [m/s], 3 x n_window.
   void end(const Eigen::Matrix3Xd &force, const Eigen::Matrix3Xd &velocity);
 
@@ -37,7 +31,7 @@ public:
 private:
   double dt;
   OuterWork on_particles;
-  double on_nodes = 0., ahead = 0.;
+  double on_nodes = 0.;
   bool stepping = false, has_forces = false;
   Eigen::Matrix3Xd node_force, node_velocity;
 };

@@ -72,8 +72,8 @@ void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particle
   ties.inverse_mass = ties.cells.inverse_masses(links, particles);
   ties.chi.resize(n);
   ties.velocity.resize(n);
-  ties.free.resize(n);
   ties.relaxed.resize(n);
+  ties.loads.renew(ties.cells, particles);
   build_equations(ties, fem);
   couples.renew(fem.mesh(), links.window(), inverse_node_mass);
 }
@@ -135,10 +135,9 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   work.begin(phase, particles, fem); // while the window is that of the step before
   const LinkChange change = links.update(particles, fem);
   const double dt = settings.time_step;
+  work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
   if (change == LinkChange::renewed)
     renew(ties, particles, fem);
-  else if (change == LinkChange::renumbered)
-    ties.cells.renumber(links);
 
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::velocity, velocity);
@@ -147,7 +146,9 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   const double tau = stepping ? dt : 0.5 * dt;
   packing.periodic.isZero(0.) ? gather_gaps<dim, false>(ties, tau, particles) : gather_gaps<dim, true>(ties, tau, particles);
   solve<dim>(tau);
-  scatter_forces(ties, tau, particles);
+  const double power = scatter_forces(ties, particles);
+  if (stepping)
+    work.add_energy(0.5 * dt * power);
   fem.add_window_forces(reaction);
   work.end(node_force, velocity);
 }
@@ -190,8 +191,8 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
           wrap_lanes(chi, packing.periodic[c]);
         const LinkLanes held = ties.spring[k] * chi, relaxed = ties.viscosity[k] * rate;
         taken[c] = held + relaxed;
-        const LinkLanes free = own_velocity[c] + tau * ties.inverse_mass[k][c] * (own_force[c] - taken[c]);
-        const LinkLanes ahead = ties.c[k] * (free + closing * chi);
+        const LinkLanes ahead =
+          ties.c[k] * (own_velocity[c] + tau * ties.inverse_mass[k][c] * (own_force[c] - taken[c]) + closing * chi);
         for (int a = 0; a < corners; ++a)
         {
           sum[c][a] += batch.N[a] * ahead;
@@ -200,7 +201,6 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
         }
         energy += 0.5 * held * chi;
         ties.chi[k][c] = chi;
-        ties.free[k][c] = free;
         ties.relaxed[k][c] = relaxed;
       }
       ties.velocity[k] = own_velocity;
@@ -239,12 +239,12 @@ void MultiplierConstraint::solve(double tau)
   reaction.topRows<dim>() = node_force.topRows<dim>() + sums.middleRows<dim>(2 * dim);
 }
 
-/// The multipliers' forces on the particles.
+/// The multipliers' forces on the particles. Returns the power of the forces of the step before and of these [W].
 template <int dim>
-void MultiplierConstraint::scatter_forces(const Ties<dim> &ties, double tau, dem::Particles &particles)
+double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
 {
   constexpr int corners = LinkCells<dim>::corners;
-  LinkLanes power_before = {}, power_after = {}, couple[3] = {};
+  LinkLanes power = {}, couple[3] = {};
   std::size_t k = 0;
   for (const auto &cell : ties.cells.cells())
   {
@@ -262,8 +262,8 @@ void MultiplierConstraint::scatter_forces(const Ties<dim> &ties, double tau, dem
           pull[c] += batch.N[a] * multiplier[c][a];
         pull[c] *= ties.c[k];
         load[c] = ties.relaxed[k][c] + pull[c];
-        power_before -= load[c] * ties.velocity[k][c];
-        power_after -= load[c] * (ties.free[k][c] - tau * ties.inverse_mass[k][c] * pull[c]);
+        power += (ties.loads.force[k][c] - load[c]) * ties.velocity[k][c];
+        ties.loads.force[k][c] = -load[c];
       }
       subtract_vectors<dim>(particles.force.data(), batch.particle, pull);
       add_moments(ties.chi[k], load, couple);
@@ -272,6 +272,6 @@ void MultiplierConstraint::scatter_forces(const Ties<dim> &ties, double tau, dem
   const Eigen::Vector3d moment(sum_of(couple[0]), sum_of(couple[1]), sum_of(couple[2]));
   couples.add(moment, displacement, node_force);
   couples.add(moment, displacement, reaction);
-  work.add_power(sum_of(power_before), sum_of(power_after));
+  return sum_of(power);
 }
 } // namespace kerf

@@ -3,9 +3,10 @@
 
 #include "coupler/constraint.h"
 #include "coupler/interface_work.h"
-#include "coupler/link_cells.h"
 #include "coupler/multiplier_equations.h"
 #include "coupler/node_couple.h"
+#include "coupler/overlap_links.h"
+#include "coupler/tie_loads.h"
 
 namespace kerf
 {
@@ -40,6 +41,7 @@ private:
   struct Ties
   {
     LinkCells<dim> cells;
+    TieLoads<dim> loads;              ///< the springs' apart
     std::vector<LinkLanes> c;         ///< see MultiplierEquations
     std::vector<LinkLanes> spring;    ///< [N/m]
     std::vector<LinkLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
@@ -47,7 +49,6 @@ private:
     std::vector<std::array<LinkLanes, dim>> inverse_mass;
     std::vector<std::array<LinkLanes, dim>> chi;      ///< [m]
     std::vector<std::array<LinkLanes, dim>> velocity; ///< of the particles [m/s]
-    std::vector<std::array<LinkLanes, dim>> free;     ///< what it would become without the multipliers [m/s]
     std::vector<std::array<LinkLanes, dim>> relaxed;  ///< force of the relaxation on the point of the finite elements [N]
   };
 
@@ -62,7 +63,7 @@ private:
   template <int dim>
   void solve(double tau);
   template <int dim>
-  void scatter_forces(const Ties<dim> &ties, double tau, dem::Particles &particles);
+  double scatter_forces(Ties<dim> &ties, dem::Particles &particles);
 
   Settings settings;
   const dem::Packing &packing;

@@ -295,7 +295,8 @@ Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm co
          << " s, particles " << scene.stable.dem << " s); give less, or 0 for Safety x stable step";
     throw InputError(text.str());
   }
-  scene.dt = settings.time_step > 0. ? settings.time_step : settings.safety * scene.stable.coupled;
+  scene.dt =
+    settings.time_step > 0. ? settings.time_step : std::min(settings.safety * scene.stable.elastic, scene.stable.coupled);
   return scene;
 }
 } // namespace kerf

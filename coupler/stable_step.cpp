@@ -128,14 +128,16 @@ double particle_frequency(const dem::Packing &packing, double k_n, double k_t, d
   return std::max(dem::largest_frequency(packing, k_n, k_t, density), dem::largest_frequency(contacts, k_n, k_t, density));
 }
 
-StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, MPI_Comm comm)
+namespace
+{
+StableSteps elastic_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, MPI_Comm comm)
 {
   StableSteps steps;
   steps.fem = with_tool_on_surface(fem.stable_step(), settings, fem.mesh());
   if (mode == Mode::fem)
   {
     steps.dem = std::numeric_limits<double>::infinity();
-    steps.coupled = steps.fem;
+    steps.elastic = steps.fem;
     return steps;
   }
   const double density = particle_density(settings, packing);
@@ -156,7 +158,7 @@ StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, con
   }
   if (mode == Mode::dem)
   {
-    steps.coupled = steps.dem;
+    steps.elastic = steps.dem;
     return steps;
   }
 
@@ -180,7 +182,7 @@ StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, con
     if (!(steps.overlap > 0.))
       throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
                        " is unstable at any time step in this overlap, give less");
-    steps.coupled = std::min(sides, steps.overlap);
+    steps.elastic = std::min(sides, steps.overlap);
     return steps;
   }
   // (dt/sides)^2 4 + ties(dt) = 4, by bisection; a weight at the end of the overlap is about d/(2 L_o).
@@ -191,7 +193,22 @@ StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, con
     const double middle = 0.5 * (lower + upper), ratio = middle / sides;
     (4. * ratio * ratio + added_by_ties(settings, middle, lightest) <= 4. ? lower : upper) = middle;
   }
-  steps.coupled = lower;
+  steps.elastic = lower;
+  return steps;
+}
+
+/// Local damping takes a share of the force against the velocity. A motion that turns back in every step moves against its
+/// springs: there it adds that share to their stiffness, and to omega^2.
+double stiffened_by_damping(const Case &settings)
+{
+  return 1. + settings.local_damping;
+}
+} // namespace
+
+StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, MPI_Comm comm)
+{
+  StableSteps steps = elastic_steps(settings, mode, fem, packing, comm);
+  steps.coupled = mode == Mode::fem ? steps.elastic : steps.elastic / std::sqrt(stiffened_by_damping(settings));
   return steps;
 }
 
@@ -208,9 +225,9 @@ void StabilityWatch::check(const fem::FemSide &fem, const Overlap &overlap, cons
     now->take_mode(*last);
   const double highest = now->highest(dt, 1e-2, products); // from below, so it can only be missed, not wrongly reported
   last = std::move(now);
-  if (highest > 4.)
+  if (highest * stiffened_by_damping(settings) > 4.)
   {
-    const double limit = last->stable_step(dt);
+    const double limit = last->stable_step(dt) / std::sqrt(stiffened_by_damping(settings));
     std::ostringstream text;
     text << "the coupled model is unstable at the time step " << dt << " s: the stable step around the cells converted last is "
          << limit << " s; lower Time/Safety or Coupling/Penalty ratio";

@@ -13,7 +13,8 @@ struct StableSteps
   double fem = 0.;     ///< 2/omega_max of the finite elements
   double dem = 0.;     ///< of the pack, bonded or broken, with contact damping and the tool's spring
   double overlap = 0.; ///< of the weighted, constrained model in and around the overlap; 0: no overlap yet
-  double coupled = 0.; ///< largest step the run may use
+  double elastic = 0.; ///< of the coupled model; Safety is a share of it
+  double coupled = 0.; ///< largest step the run may use: less with local damping, which pushes back along with the springs
 };
 
 /// Limits for a mode: the smallest of the sides that take part and of the overlap. Mode fixed has its overlap from the start:

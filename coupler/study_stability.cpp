@@ -254,7 +254,8 @@ private:
     {
       outcome.energy = std::numeric_limits<double>::infinity();
     }
-    if (!(outcome.energy < grown))
+    // Energy that comes from nowhere and is taken away again: a motion at its limit that damping holds.
+    if (!(outcome.energy < grown) || !(std::abs(outcome.residual) < taken))
       outcome.verdict = "unstable";
     else
       outcome.verdict = outcome.lost > taken ? "dissipative" : "stable";

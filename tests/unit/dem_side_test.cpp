@@ -112,6 +112,38 @@ TEST(DemSide, OuterForcesMoveFreeDiscsAndSpheres)
   }
 }
 
+TEST(DemSide, LocalDampingStiffensWhatTurnsBackInEveryStep)
+{
+  // x_n = +-A: the velocity of the half step before has the sign of x_n, so F = -k (1 + a) x, and Verlet's limit is
+  // omega^2 dt^2 (1 + a) = 4 although a body that moves slowly is only damped.
+  Packing packing = two_particles(0.5e-3, 0.5e-3, 3e-3);
+  packing.bonds.clear();
+  Settings s = settings(packing);
+  s.local_damping = 0.6;
+  const double mass = s.density * M_PI * 0.25e-6;
+  const auto amplitude = [&](double share_of_limit)
+  {
+    const double k = share_of_limit * share_of_limit * 4. * mass / ((1. + s.local_damping) * s.time_step * s.time_step);
+    DemSide dem(s);
+    const double y0 = packing.positions(1, 0), start_velocity = 1e-6;
+    const ForceHook spring = [&](Phase, Particles &p) { p.force.row(1).array() -= k * (p.position.row(1).array() - y0); };
+    auto particles = all_particles(packing);
+    for (NewParticle &p : particles)
+      p.velocity[1] = start_velocity;
+    start(dem, packing, particles, spring);
+    double largest = 0.;
+    for (int step = 0; step < 45; ++step)
+    {
+      dem.advance(1, spring);
+      if (step >= 40)
+        largest = std::max(largest, std::abs(gather(dem, packing, Quantity::position)(1, 0) - y0));
+    }
+    return largest / (start_velocity * s.time_step);
+  };
+  EXPECT_LT(amplitude(0.98), 1e-2); // decays
+  EXPECT_GT(amplitude(1.02), 1e3);  // q = 4 1.02^2: grows by 1.5 a step
+}
+
 TEST(DemSide, LocalDampingTakesItsShare)
 {
   // A constant force on a free disc at rest: F - a |F| v/|v| = (1 - a) F as soon as it moves.
