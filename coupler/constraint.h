@@ -9,6 +9,8 @@
 
 namespace kerf
 {
+class Corrector;
+
 /// Energies of what ties the sides, of this rank [J].
 struct ConstraintEnergy
 {
@@ -26,9 +28,9 @@ enum class Tie
 
 /// Ties the particles of the overlap to the displacement field of the finite elements:
 /// chi_i = u_i - sum_a N_a(X_i) u_a = 0 (seed, eq. 3). A method decides which forces enforce it. Every method pushes particles
-/// and nodes by opposite forces along the rows of N, which sum to one, and a force that does not act along chi comes with the
-/// couple that its lever makes, or all forces are the gradient of an energy that no rotation changes (see Corrector): linear
-/// and angular momentum are kept.
+/// and nodes by opposite forces along the rows of N, which sum to one, and nodes get the couple back that a force not
+/// along chi makes (see NodeCouple), or all forces are the gradient of an energy that no rotation changes (see Corrector):
+/// linear and angular momentum are kept.
 class Constraint
 {
 public:
@@ -47,6 +49,8 @@ public:
   /// Stiffness of the springs on this rank's particles, in their order at the last apply() [N/m]; empty: no springs.
   virtual Eigen::VectorXd springs() const { return {}; }
   virtual ConstraintEnergy energy() const = 0;
+  /// Where the constraint ties to places with fluctuations; valid as long as the constraint.
+  virtual Corrector *corrector_of(const fem::FemSide &) { return nullptr; }
   /// Number of constrained particles of the whole model.
   virtual int n_particles() const = 0;
 };

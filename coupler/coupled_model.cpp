@@ -199,7 +199,7 @@ void CoupledModel::convert(const std::vector<int> &cells)
   constraint->set_particles(ties);
   settle(fresh, reweighted, ties, accelerations);
   if (mode == Mode::adaptive)
-    watch.check(fem_side, regions, ties, dem_side->is_active(), cells, dt);
+    watch.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, constraint->corrector_of(fem_side));
 
   event.bonds_stored = bonds_between(fresh);
   audit_stress(event, stress, stresses_of(cells, true));
@@ -239,7 +239,7 @@ void CoupledModel::give_back(std::vector<int> cells)
   dem_side->set_weights(regions.de_weights());
   set_up_forces();
   if (mode == Mode::adaptive)
-    watch.check(fem_side, regions, ties, dem_side->is_active(), cells, dt);
+    watch.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, constraint->corrector_of(fem_side));
   audit_stress(event, stress, stresses_of(cells, false));
   close_event(event);
 }

@@ -37,6 +37,11 @@ public:
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
   void place(std::vector<dem::NewParticle> &particles, const fem::FemSide &fem) override;
+  Corrector *corrector_of(const fem::FemSide &fem) override
+  {
+    make_corrector(fem);
+    return corrector.get();
+  }
   Tie tie() const override { return Tie::spring; }
   Eigen::VectorXd springs() const override;
   ConstraintEnergy energy() const override { return {stored, -damping_work.local()}; }

@@ -213,14 +213,12 @@ StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, con
 }
 
 void StabilityWatch::check(const fem::FemSide &fem, const Overlap &overlap, const std::vector<TiedParticle> &tied,
-                           const std::vector<char> &active, const std::vector<int> &cells, double dt)
+                           const std::vector<char> &active, const std::vector<int> &cells, double dt, Corrector *corrector)
 {
   constexpr int products = 12;
-  if (settings.corrector && !corrector)
-    corrector = std::make_unique<Corrector>(packing, settings.bond.k_n, settings.bond.k_t, fem);
   auto now =
     std::make_unique<CoupledOperator>(settings, fem, packing, overlap, tied, active,
-                                      surroundings(fem.mesh(), cells, reach_around(settings, overlap)), comm, corrector.get());
+                                      surroundings(fem.mesh(), cells, reach_around(settings, overlap)), comm, corrector);
   if (last)
     now->take_mode(*last);
   const double highest = now->highest(dt, 1e-2, products); // from below, so it can only be missed, not wrongly reported

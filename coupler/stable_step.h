@@ -39,15 +39,15 @@ public:
     : settings(settings), packing(packing), comm(comm)
   {
   }
-  /// After @p cells were converted: throws UnstableRun when no step as large as @p dt [s] is stable any more. Collective.
+  /// After @p cells were converted: throws UnstableRun when no step as large as @p dt [s] is stable any more. @p corrector: of
+  /// the constraint, if it has one. Collective.
   void check(const fem::FemSide &fem, const Overlap &overlap, const std::vector<TiedParticle> &tied,
-             const std::vector<char> &active, const std::vector<int> &cells, double dt);
+             const std::vector<char> &active, const std::vector<int> &cells, double dt, Corrector *corrector);
 
 private:
   const Case &settings;
   const dem::Packing &packing;
   MPI_Comm comm;
-  std::unique_ptr<Corrector> corrector; // where the case has one
   std::unique_ptr<CoupledOperator> last;
 };
 } // namespace kerf

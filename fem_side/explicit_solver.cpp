@@ -36,14 +36,24 @@ void ExplicitSolver<dim>::set_initial_state(const Eigen::Matrix3d &gradient)
 template <int dim>
 void ExplicitSolver<dim>::compute_cell_points()
 {
-  points.setZero(3, n * space.owned_cells.size());
+  const std::size_t n_cells = space.owned_cells.size();
+  points.setZero(3, n * n_cells);
+  centres.resize((n_cells + n_lanes - 1) / n_lanes);
   const Eigen::Matrix<double, n, dim> D = q1::shape_derivatives<dim>(q1::Point<dim>::Zero());
-  for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
+  for (std::size_t c = 0; c < n_cells; ++c)
   {
     const q1::NodalValues<dim> X = space.cell_nodes(space.owned_cells[c]);
     for (int q = 0; q < n; ++q)
       points.col(n * c + q).template head<dim>() = X * q1::shape_values<dim>(q1::gauss_point<dim>(q));
-    centre_gradients.push_back(D * Eigen::Matrix<double, dim, dim>(X * D).inverse());
+    const Eigen::Matrix<double, n, dim> gradient = D * Eigen::Matrix<double, dim, dim>(X * D).inverse();
+    CentreBatch &batch = centres[c / n_lanes];
+    for (std::size_t lane = c % n_lanes; lane < (c + 1 == n_cells ? n_lanes : c % n_lanes + 1); ++lane)
+      for (int a = 0; a < n; ++a)
+      {
+        batch.dof[a][lane] = space.owned_cell_dofs[c][a];
+        for (int d = 0; d < dim; ++d)
+          batch.gradient[a][d][lane] = gradient(a, d);
+      }
   }
 }
 

@@ -74,8 +74,15 @@ private:
   PointLocator<dim> locator;
   Eigen::Matrix3Xd points;
 
-  Eigen::VectorXd alpha;                                       ///< weight of every quadrature point of owned cells
-  std::vector<Eigen::Matrix<double, n, dim>> centre_gradients; ///< dN/dX in the middle of owned cells [1/m]
+  /// The middles of some owned cells, a lane each.
+  struct CentreBatch
+  {
+    Lanes gradient[n][dim]; ///< dN/dX [1/m]
+    int dof[n][n_lanes];    ///< first one of each node
+  };
+
+  Eigen::VectorXd alpha;            ///< weight of every quadrature point of owned cells
+  std::vector<CentreBatch> centres; ///< in the order of the owned cells; the last one fills up its batch
   CellKernel<dim> kernel;
   int n_active = 0;
   NodalVector displacement, velocity, force, mass;

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <optional>
 
 namespace kerf::fem
 {
@@ -23,36 +22,53 @@ void copy(const Eigen::Matrix<double, dim, dim> &from, double (&to)[dim][dim])
       to[i][j] = from(i, j);
 }
 
-/// Cauchy stress F S F^T / det F from H = du/dX; order xx, yy, zz, yz, xz, xy. @p mean_dilatation: of the cell, if its
+Lanes determinant(const Lanes (&F)[2][2])
+{
+  return F[0][0] * F[1][1] - F[0][1] * F[1][0];
+}
+Lanes determinant(const Lanes (&F)[3][3])
+{
+  return F[0][0] * (F[1][1] * F[2][2] - F[1][2] * F[2][1]) - F[0][1] * (F[1][0] * F[2][2] - F[1][2] * F[2][0]) +
+         F[0][2] * (F[1][0] * F[2][1] - F[1][1] * F[2][0]);
+}
+
+/// Cauchy stress F S F^T / det F from H = du/dX; order xx, yy, zz, yz, xz, xy. @p mean_dilatation: of the cells, if their
 /// volumetric strain is the mean. With small strain all stresses are the same.
 template <int dim, typename Law>
-Eigen::Matrix<double, 6, 1> cauchy_stress(const Law &law, const Eigen::Matrix<double, dim, dim> &gradient,
-                                          const std::optional<double> &mean_dilatation)
+void cauchy_stress(const Law &law, const Lanes (&H)[dim][dim], const Lanes *mean_dilatation, Lanes (&stress)[6])
 {
-  double H[dim][dim], E[dim][dim], S[dim][dim];
-  copy<dim>(gradient, H);
+  Lanes E[dim][dim], S[dim][dim], sigma[dim][dim];
   Law::template strain<dim>(H, E);
-  const double out_of_plane =
+  Lanes across = // lengths across the plane stay
     mean_dilatation ? law.template second_piola_of_mean<dim>(E, *mean_dilatation, S) : law.template second_piola<dim>(E, S);
-  using Tensor = Eigen::Matrix<double, dim, dim>;
-  Tensor sigma;
-  for (int i = 0; i < dim; ++i)
-    for (int j = 0; j < dim; ++j)
-      sigma(i, j) = S[i][j];
-  double across = out_of_plane; // lengths across the plane stay
-  if (!Law::linear)
+  if constexpr (Law::linear)
+    std::copy(&S[0][0], &S[0][0] + dim * dim, &sigma[0][0]);
+  else
   {
-    const Tensor F = Tensor::Identity() + gradient;
-    const double per_volume = 1. / F.determinant();
-    sigma = Tensor(per_volume * F * sigma * F.transpose());
+    Lanes F[dim][dim], P[dim][dim];
+    Law::template piola_of<dim>(H, S, P);
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j)
+        F[i][j] = H[i][j] + (i == j ? 1. : 0.);
+    const Lanes per_volume = 1. / determinant(F);
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j)
+      {
+        sigma[i][j] = P[i][0] * F[j][0];
+        for (int k = 1; k < dim; ++k)
+          sigma[i][j] += P[i][k] * F[j][k];
+        sigma[i][j] *= per_volume;
+      }
     across *= per_volume;
   }
-  Eigen::Matrix<double, 6, 1> result;
-  if constexpr (dim == 2)
-    result << sigma(0, 0), sigma(1, 1), across, 0., 0., sigma(0, 1);
-  else
-    result << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(1, 2), sigma(0, 2), sigma(0, 1);
-  return result;
+  constexpr int last = dim - 1;
+  const Lanes none = {};
+  stress[0] = sigma[0][0];
+  stress[1] = sigma[1][1];
+  stress[2] = dim == 2 ? across : sigma[last][last];
+  stress[3] = dim == 2 ? none : sigma[1][last];
+  stress[4] = dim == 2 ? none : sigma[0][last];
+  stress[5] = sigma[0][1];
 }
 
 template <int dim, typename Law>
@@ -96,18 +112,39 @@ CellStress ExplicitSolver<dim>::stress_of(const Law &law) const
   space.update_copies(u);
   CellStress result;
   result.sigma.resize(6, kernel.n_cells());
-  for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
+  const int n_cells = static_cast<int>(space.owned_cells.size());
+  for (int first = 0; first < n_cells; first += n_lanes)
   {
-    if (!is_active(c))
-      continue;
-    q1::NodalValues<dim> values;
+    const CentreBatch &batch = centres[first / n_lanes];
+    Lanes H[dim][dim] = {}, mean = {}, sigma[6];
     for (int a = 0; a < n; ++a)
-      values.col(a) = Eigen::Map<const q1::Point<dim>>(u.begin() + space.owned_cell_dofs[c][a]);
-    std::optional<double> mean;
-    if (settings.integration == Integration::selective)
-      mean = mean_dilatation<dim, Law>(CellGeometry<dim>(space.cell_nodes(space.owned_cells[c]), weights_of(c)), values);
-    result.sigma.col(result.cell.size()) = cauchy_stress<dim>(law, values * centre_gradients[c], mean);
-    result.cell.push_back(space.owned_cells[c]);
+      for (int i = 0; i < dim; ++i)
+      {
+        Lanes value;
+        for (int lane = 0; lane < n_lanes; ++lane)
+          value[lane] = u.begin()[batch.dof[a][lane] + i];
+        for (int j = 0; j < dim; ++j)
+          H[i][j] += value * batch.gradient[a][j];
+      }
+    const int n_here = std::min(n_lanes, n_cells - first);
+    const bool selective = settings.integration == Integration::selective;
+    for (int lane = 0; lane < n_here && selective; ++lane)
+      if (is_active(first + lane))
+      {
+        q1::NodalValues<dim> values;
+        for (int a = 0; a < n; ++a)
+          values.col(a) = Eigen::Map<const q1::Point<dim>>(u.begin() + batch.dof[a][lane]);
+        const CellGeometry<dim> cell(space.cell_nodes(space.owned_cells[first + lane]), weights_of(first + lane));
+        mean[lane] = mean_dilatation<dim, Law>(cell, values);
+      }
+    cauchy_stress<dim>(law, H, selective ? &mean : nullptr, sigma);
+    for (int lane = 0; lane < n_here; ++lane)
+      if (is_active(first + lane))
+      {
+        for (int k = 0; k < 6; ++k)
+          result.sigma(k, result.cell.size()) = sigma[k][lane];
+        result.cell.push_back(space.owned_cells[first + lane]);
+      }
   }
   return result;
 }

@@ -159,8 +159,8 @@ def chart(rows, best, path):
               color=figures.LINE_COLOURS[1], label="Pareto front")
     failed = [row for row in rows if row["failed"]]
     for k, row in enumerate(failed):
-        axis.text(0.98, 0.97 - 0.05 * k, f"failed: {row['name']} ({row['failed']} of {len(row['mean'])} packings)",
-                  transform=axis.transAxes, ha="right", va="top", color="#c0392b", fontsize=9)
+        axis.text(0.02, 0.97 - 0.05 * k, f"failed: {row['name']} ({row['failed']} of {len(row['mean'])} packings)",
+                  transform=axis.transAxes, ha="left", va="top", color="#c0392b", fontsize=9)
     axis.set_xlabel("wall time / wall time of full DEM")
     axis.set_ylabel("|error of the mean normal force| [%]")
     axis.set_xlim(0., 1.15 * max(row["cost"] for row in able))
