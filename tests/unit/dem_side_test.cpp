@@ -141,7 +141,7 @@ TEST(DemSide, LocalDampingStiffensWhatTurnsBackInEveryStep)
     return largest / (start_velocity * s.time_step);
   };
   EXPECT_LT(amplitude(0.98), 0.5); // decays
-  EXPECT_GT(amplitude(1.02), 1e3);  // q = 4 1.02^2: grows by 1.5 a step
+  EXPECT_GT(amplitude(1.02), 1e3); // q = 4 1.02^2: grows by 1.5 a step
 }
 
 TEST(DemSide, LocalDampingTakesItsShare)
