@@ -104,8 +104,8 @@ public:
     }
     return result;
   }
-  /// Whether a lane has a link of its own.
   int link(std::size_t batch, int lane) const { return link_of[batch][lane]; }
+  /// Whether a lane has a link of its own.
   bool is_used(std::size_t batch, int lane) const
   {
     return place_of[link_of[batch][lane]] == static_cast<int>(batch) * n_link_lanes + lane;

@@ -147,6 +147,9 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   packing.periodic.isZero(0.) ? gather_gaps<dim, false>(ties, tau, particles) : gather_gaps<dim, true>(ties, tau, particles);
   solve<dim>(tau);
   const double power = scatter_forces(ties, particles);
+  reaction = node_force;
+  if (rank == 0)
+    reaction.topRows<dim>() += sums.middleRows<dim>(2 * dim);
   if (stepping)
     work.add_energy(0.5 * dt * power);
   fem.add_window_forces(reaction);
@@ -231,12 +234,10 @@ void MultiplierConstraint::solve(double tau)
   lambda = (sums.topRows<dim>() - lambda) / tau;
   equations->solve(lambda);
   node_force.setZero(3, n);
-  reaction.setZero(3, n);
   if (rank != 0)
     return;
   equations->multiply(lambda, ahead);
   node_force.topRows<dim>() = sums.middleRows<dim>(dim) + ahead;
-  reaction.topRows<dim>() = node_force.topRows<dim>() + sums.middleRows<dim>(2 * dim);
 }
 
 /// The multipliers' forces on the particles. Returns the power of the forces of the step before and of these [W].
@@ -271,7 +272,6 @@ double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &par
   }
   const Eigen::Vector3d moment(sum_of(couple[0]), sum_of(couple[1]), sum_of(couple[2]));
   couples.add(moment, displacement, node_force);
-  couples.add(moment, displacement, reaction);
   return sum_of(power);
 }
 } // namespace kerf
