@@ -68,9 +68,6 @@ void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Co
     }
   packed = gather_all(packed, MPI_DOUBLE, comm);
 
-  std::unordered_map<int, const fem::SlaveNode *> slaves;
-  for (const fem::SlaveNode &slave : mesh.slaves)
-    slaves.emplace(slave.node, &slave);
   const int n_corners = static_cast<int>(mesh.cells.rows()), n = dim * n_corners;
   for (std::size_t k = 0; k < packed.size(); k += 1 + n * n)
   {
@@ -87,9 +84,9 @@ void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Co
           masters.push_back(master);
         share(a, place) += weight;
       };
-      if (const auto slave = slaves.find(node); slave != slaves.end())
-        for (std::size_t m = 0; m < slave->second->masters.size(); ++m)
-          add(slave->second->masters[m], slave->second->weights[m]);
+      if (const fem::SlaveNode *slave = mesh.slave(node))
+        for (std::size_t m = 0; m < slave->masters.size(); ++m)
+          add(slave->masters[m], slave->weights[m]);
       else
         add(node, 1.);
     }

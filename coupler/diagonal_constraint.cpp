@@ -33,7 +33,7 @@ void DiagonalConstraint::renew(Ties<dim> &ties, const dem::Particles &particles,
   ties.cells.assign(links, fem.mesh(), packing);
   ties.loads.renew(ties.cells, particles);
   ties.pulled = ties.cells.lanes_of([&](std::size_t k) { return links.links()[k].share * mass[k]; });
-  ties.inverse_mass = ties.cells.inverse_masses(links, particles);
+  ties.mobility.assign(ties.cells, links, particles);
 }
 
 template <int dim>
@@ -69,48 +69,39 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
   const double closing = settings.closing / settings.time_step, rate_of_tau = 1. / tau;
   node_force.setZero(3, links.n_window());
   LinkLanes power = {}, couple[3] = {};
-  std::size_t k = 0;
+  int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
     double place[dim][corners], v[dim][corners];
-    LinkLanes reaction[dim][corners] = {};
-    cell.places(displacement, place);
-    for (int c = 0; c < dim; ++c)
-      for (int a = 0; a < corners; ++a)
-        v[c][a] = ahead(c, cell.node[a]);
-    for (; static_cast<int>(k) < cell.end; ++k)
+    ties.cells.places(cell, displacement, place);
+    ties.cells.coefficients(cell, ahead, v);
+    const int begin = k;
+    for (; k < cell.end; ++k)
     {
+      ties.cells.fetch_after(k, particles.position, particles.velocity, particles.force);
       const auto &batch = ties.cells.batches()[k];
+      const auto monomials = batch.monomials();
+      const auto inverse_mass = ties.mobility.of(k, cell);
       const auto position = load_vectors<dim>(particles.position.data(), batch.particle),
                  own_velocity = load_vectors<dim>(particles.velocity.data(), batch.particle),
                  own_force = load_vectors<dim>(particles.force.data(), batch.particle);
-      std::array<LinkLanes, dim> chi, pull;
+      std::array<LinkLanes, dim> gap, force;
       for (int c = 0; c < dim; ++c)
       {
-        chi[c] = position[c];
-        LinkLanes rate = own_velocity[c] + tau * ties.inverse_mass[k][c] * own_force[c];
-        for (int a = 0; a < corners; ++a)
-        {
-          chi[c] -= batch.N[a] * place[c][a];
-          rate -= batch.N[a] * v[c][a];
-        }
+        gap[c] = value_of(place[c], monomials) - position[c]; // -chi
+        const LinkLanes rate = value_of(v[c], monomials) - own_velocity[c] - tau * inverse_mass[c] * own_force[c];
         if (periodic && packing.periodic[c] > 0.)
-          wrap_lanes(chi[c], packing.periodic[c]);
-        pull[c] = rate_of_tau * ties.pulled[k] * (rate + closing * chi[c]);
-        power += (ties.loads.force[k][c] - pull[c]) * own_velocity[c];
-        ties.loads.force[k][c] = -pull[c];
-        for (int a = 0; a < corners; ++a)
-          reaction[c][a] += batch.N[a] * pull[c];
+          wrap_lanes(gap[c], packing.periodic[c]);
+        force[c] = rate_of_tau * ties.pulled[k] * (rate + closing * gap[c]);
+        power += (ties.loads.force[k][c] + force[c]) * own_velocity[c];
+        ties.loads.force[k][c] = force[c];
       }
-      subtract_vectors<dim>(particles.force.data(), batch.particle, pull);
-      add_moments(chi, pull, couple);
+      add_vectors<dim>(particles.force.data(), batch.particle, force);
+      add_moments(gap, force, couple);
     }
     for (int c = 0; c < dim; ++c)
-    {
-      const auto sums = sums_of(reaction[c]);
-      for (int a = 0; a < corners; ++a)
-        node_force(c, cell.node[a]) += sums[a];
-    }
+      ties.cells.scatter(
+        cell, begin, [&](int batch) { return -ties.loads.force[batch][c]; }, c, node_force);
   }
   couples.add(Eigen::Vector3d(sum_of(couple[0]), sum_of(couple[1]), sum_of(couple[2])), displacement, node_force);
   return sum_of(power);

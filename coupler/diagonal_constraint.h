@@ -39,9 +39,8 @@ private:
   {
     LinkCells<dim> cells;
     TieLoads<dim> loads;
+    Mobility<dim> mobility;
     std::vector<LinkLanes> pulled; ///< share/D_i [kg]
-    /// 0 in directions in which a particle cannot move [1/kg]
-    std::vector<std::array<LinkLanes, dim>> inverse_mass;
   };
   template <int dim>
   void apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem);

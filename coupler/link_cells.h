@@ -38,33 +38,59 @@ std::array<double, n> sums_of(const LinkLanes (&v)[n])
   return sums;
 }
 
+/// From values at the corners to the coefficients of the monomials 1, xi, eta, xi eta, ... (numbered by bits, as corners are).
+template <std::size_t corners>
+void to_coefficients(double (&field)[corners])
+{
+  for (std::size_t bit = 1; bit < corners; bit <<= 1)
+    for (std::size_t a = 0; a < corners; ++a)
+      if (a & bit)
+        field[a] -= field[a ^ bit];
+}
+/// The transpose: from moments with the monomials to the parts of the corners.
+template <std::size_t corners>
+void to_corners(std::array<double, corners> &moments)
+{
+  for (std::size_t bit = 1; bit < corners; bit <<= 1)
+    for (std::size_t a = 0; a < corners; ++a)
+      if (a & bit)
+        moments[a ^ bit] -= moments[a];
+}
+
 /// The links of a rank cell by cell, several at once: the nodes of a cell are looked up and pushed once for all of its links.
+/// Fields in a cell are multilinear; the coefficients of their monomials need no shape functions, only a link's place in the
+/// cell.
 template <int dim>
 class LinkCells
 {
 public:
   static constexpr int corners = 1 << dim;
+  using Monomials = std::array<LinkLanes, corners>;
 
   /// Some links of one cell. Lanes that are left over repeat a link; the numbers of lanes_of() are zero there.
   struct Batch
   {
-    LinkLanes N[corners]; ///< 0 for corners that a point does not need
+    LinkLanes xi[dim];
     int particle[n_link_lanes];
+
+    [[gnu::always_inline]] Monomials monomials() const
+    {
+      Monomials result;
+      result[0] = LinkLanes{} + 1.;
+      for (int d = 0; d < dim; ++d)
+        for (int m = 0; m < 1 << d; ++m)
+          result[(1 << d) + m] = m == 0 ? xi[d] : xi[d] * result[m];
+      return result;
+    }
   };
   /// The batches of a cell stand one after the other.
   struct Cell
   {
-    std::array<int, corners> node; ///< columns of the window
+    std::array<int, corners> node; ///< columns of the window; of a cell that hangs the masters
     int end = 0;                   ///< of its batches
-    double place[dim][corners];    ///< of the nodes in the reference configuration, not torn by periodic axes [m]
-
-    /// Where the nodes are now: sum_a N_a of them is the point of the finite elements that a particle is tied to [m].
-    [[gnu::always_inline]] void places(const Eigen::Matrix3Xd &displacement, double (&x)[dim][corners]) const
-    {
-      for (int c = 0; c < dim; ++c)
-        for (int a = 0; a < corners; ++a)
-          x[c][a] = place[c][a] + displacement(c, node[a]);
-    }
+    bool blocked = false;          ///< whether one of its links has a direction in which it cannot move
+    int hanging = -1;              ///< place among shares of masters
+    double place[dim][corners];    ///< of the corners in the reference configuration, not torn by periodic axes [m]
   };
 
   void assign(const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing);
@@ -77,7 +103,65 @@ public:
   }
 
   const std::vector<Cell> &cells() const { return all_cells; }
+  /// Asks the memory for vectors of the particles of a batch that comes soon after @p batch; they are scattered.
+  template <typename... Vectors>
+  [[gnu::always_inline]] void fetch_after(int batch, const Vectors &...vectors) const
+  {
+    constexpr int distance = 6;
+    if (batch + distance < static_cast<int>(all_batches.size()))
+      for (const int i : all_batches[batch + distance].particle)
+        (__builtin_prefetch(vectors.data() + 3 * i), ...);
+  }
   const std::vector<Batch> &batches() const { return all_batches; }
+  int most_batches() const { return longest; } ///< of a cell
+
+  /// Coefficients of rows of a field of the window's nodes: sum_m coefficient_m monomial_m is its value at a link.
+  template <std::size_t n, typename Field>
+  [[gnu::always_inline]] void coefficients(const Cell &cell, const Field &field, double (&result)[n][corners]) const
+  {
+    for (std::size_t c = 0; c < n; ++c)
+    {
+      at_corners(cell, field, c, result[c]);
+      to_coefficients(result[c]);
+    }
+  }
+  /// Of the places of the finite elements now, which links tie particles to [m].
+  [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement,
+                                     double (&result)[dim][corners]) const
+  {
+    for (int c = 0; c < dim; ++c)
+    {
+      at_corners(cell, displacement, c, result[c]);
+      for (int a = 0; a < corners; ++a)
+        result[c][a] += cell.place[c][a];
+      to_coefficients(result[c]);
+    }
+  }
+  /// The transpose: what links give, value_of(batch), goes to the nodes' values in a row of a field of the window. A loop of
+  /// its own for each row: its sums stay in registers. @p begin: first batch of the cell.
+  template <typename ValueOf, typename Field>
+  [[gnu::always_inline]] void scatter(const Cell &cell, int begin, const ValueOf &value_of, int row, Field &field) const
+  {
+    LinkLanes moments[corners] = {};
+    for (int k = begin; k < cell.end; ++k)
+    {
+      const LinkLanes value = value_of(k);
+      const Monomials monomials = all_batches[k].monomials();
+      moments[0] += value;
+      for (int m = 1; m < corners; ++m)
+        moments[m] += monomials[m] * value;
+    }
+    std::array<double, corners> part = sums_of(moments);
+    to_corners(part);
+    if (cell.hanging >= 0)
+    {
+      Eigen::Map<CornerValues> values(part.data());
+      values = (shares[cell.hanging].transpose() * values).eval();
+    }
+    for (int a = 0; a < corners; ++a)
+      field(row, cell.node[a]) += part[a];
+  }
+
   /// A number of every link, in the lanes of the batches.
   template <typename OfLink>
   std::vector<LinkLanes> lanes_of(const OfLink &of_link) const
@@ -87,23 +171,6 @@ public:
       lanes[place_of[k] / n_link_lanes][place_of[k] % n_link_lanes] = of_link(k);
     return lanes;
   }
-  /// Of the links' particles, 0 in directions in which one cannot move [1/kg].
-  std::vector<std::array<LinkLanes, dim>> inverse_masses(const OverlapLinks &links, const dem::Particles &particles) const
-  {
-    std::vector<std::array<LinkLanes, dim>> result(all_batches.size());
-    for (int axis = 0; axis < dim; ++axis)
-    {
-      const std::vector<LinkLanes> lanes = lanes_of(
-        [&](std::size_t k)
-        {
-          const OverlapLink &link = links.links()[k];
-          return link.blocked[axis] ? 0. : 1. / particles.mass[link.particle];
-        });
-      for (std::size_t k = 0; k < lanes.size(); ++k)
-        result[k][axis] = lanes[k];
-    }
-    return result;
-  }
   int link(std::size_t batch, int lane) const { return link_of[batch][lane]; }
   /// Whether a lane has a link of its own.
   bool is_used(std::size_t batch, int lane) const
@@ -112,49 +179,103 @@ public:
   }
 
 private:
+  using CornerValues = Eigen::Matrix<double, corners, 1>;
+  using Shares = Eigen::Matrix<double, corners, corners>; // row a: of corner a
+
+  template <typename Field>
+  [[gnu::always_inline]] void at_corners(const Cell &cell, const Field &field, int row, double (&result)[corners]) const
+  {
+    for (int a = 0; a < corners; ++a)
+      result[a] = field(row, cell.node[a]);
+    if (cell.hanging >= 0)
+    {
+      Eigen::Map<CornerValues> values(result);
+      values = (shares[cell.hanging] * values).eval();
+    }
+  }
+  Cell make_cell(const OverlapLink &link, const fem::Mesh &mesh, const std::vector<int> &column, const dem::Packing &packing);
+
   std::vector<Cell> all_cells;
+  std::vector<Shares> shares; // of the corners' motion that each master gives, of cells that hang
   std::vector<Batch> all_batches;
   std::vector<std::array<int, n_link_lanes>> link_of; // of each batch
   std::vector<int> place_of;                          // of each link: lane of a batch
+  int longest = 0;
 };
+
+/// Corners that no link needs may have no column; any one will do, they are taken times zero.
+template <int dim>
+typename LinkCells<dim>::Cell LinkCells<dim>::make_cell(const OverlapLink &link, const fem::Mesh &mesh,
+                                                        const std::vector<int> &column, const dem::Packing &packing)
+{
+  Cell cell;
+  cell.node.fill(link.node[0]);
+  const Eigen::Vector3d origin = Eigen::Map<const Eigen::Vector3d>(link.origin.data());
+  Shares share = Shares::Zero();
+  std::vector<int> masters;
+  const auto add = [&](int corner, int node, double part)
+  {
+    const auto known = std::find(masters.begin(), masters.end(), node);
+    const auto place = known - masters.begin();
+    if (known == masters.end())
+    {
+      masters.push_back(node);
+      if (column[node] >= 0)
+        cell.node[place] = column[node];
+    }
+    share(corner, place) += part;
+  };
+  for (int a = 0; a < corners; ++a)
+  {
+    const int node = mesh.cells(a, link.cell);
+    const Eigen::Vector3d place = origin + packing.shortest(mesh.nodes.col(node) - origin);
+    for (int c = 0; c < dim; ++c)
+      cell.place[c][a] = place[c];
+    if (const fem::SlaveNode *slave = mesh.slave(node))
+      for (std::size_t m = 0; m < slave->masters.size(); ++m)
+        add(a, slave->masters[m], slave->weights[m]);
+    else
+      add(a, node, 1.);
+  }
+  if (share != Shares::Identity())
+  {
+    cell.hanging = static_cast<int>(shares.size());
+    shares.push_back(share);
+  }
+  return cell;
+}
 
 template <int dim>
 void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing)
 {
   const std::vector<OverlapLink> &list = links.links();
+  std::vector<int> column(mesh.n_nodes(), -1), number(mesh.n_cells(), -1), count;
+  for (int a = 0; a < links.n_window(); ++a)
+    column[links.window()[a]] = a;
   all_cells.clear();
-  std::vector<std::vector<int>> cells_at(links.n_window()); // by the first node
-  std::vector<int> cell_of(list.size()), count;
-  for (std::size_t k = 0; k < list.size(); ++k)
+  shares.clear();
+  for (const OverlapLink &link : list)
   {
-    Cell cell;
-    for (int a = 0; a < corners; ++a)
-      cell.node[a] = list[k].node[a < list[k].n ? a : 0];
-    std::vector<int> &near = cells_at[cell.node[0]];
-    auto found = std::find_if(near.begin(), near.end(), [&](int c) { return all_cells[c].node == cell.node; });
-    if (found == near.end())
+    if (number[link.cell] < 0)
     {
-      const Eigen::Vector3d origin = Eigen::Map<const Eigen::Vector3d>(list[k].origin.data());
-      for (int a = 0; a < corners; ++a)
-      {
-        const Eigen::Vector3d place = origin + packing.shortest(mesh.nodes.col(links.window()[cell.node[a]]) - origin);
-        for (int c = 0; c < dim; ++c)
-          cell.place[c][a] = place[c];
-      }
-      found = near.insert(near.end(), static_cast<int>(all_cells.size()));
-      all_cells.push_back(cell);
+      number[link.cell] = static_cast<int>(all_cells.size());
+      all_cells.push_back(make_cell(link, mesh, column, packing));
       count.push_back(0);
     }
-    cell_of[k] = *found;
-    ++count[*found];
+    ++count[number[link.cell]];
+    for (int c = 0; c < dim; ++c)
+      all_cells[number[link.cell]].blocked = all_cells[number[link.cell]].blocked || link.blocked[c];
   }
 
   int n = 0;
+  longest = 0;
   std::vector<int> next;
   for (std::size_t c = 0; c < count.size(); ++c)
   {
     next.push_back(n_link_lanes * n);
-    n += (count[c] + n_link_lanes - 1) / n_link_lanes;
+    const int batches = (count[c] + n_link_lanes - 1) / n_link_lanes;
+    longest = std::max(longest, batches);
+    n += batches;
     all_cells[c].end = n;
   }
   all_batches.assign(n, Batch());
@@ -162,16 +283,52 @@ void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, co
   place_of.resize(list.size());
   for (std::size_t k = 0; k < list.size(); ++k)
   {
-    place_of[k] = next[cell_of[k]]++;
+    place_of[k] = next[number[list[k].cell]]++;
     const int lane = place_of[k] % n_link_lanes;
-    const int number = place_of[k] / n_link_lanes;
+    Batch &batch = all_batches[place_of[k] / n_link_lanes];
     for (int l = lane; l < n_link_lanes; ++l)
-      link_of[number][l] = static_cast<int>(k);
-    for (int a = 0; a < list[k].n; ++a)
-      all_batches[number].N[a][lane] = list[k].N[a];
+      link_of[place_of[k] / n_link_lanes][l] = static_cast<int>(k);
+    for (int d = 0; d < dim; ++d)
+      batch.xi[d][lane] = list[k].xi[d];
   }
   renumber(links);
 }
+
+/// A field at the links of a batch.
+template <std::size_t corners>
+[[gnu::always_inline]] inline LinkLanes value_of(const double (&coefficient)[corners],
+                                                 const std::array<LinkLanes, corners> &monomials)
+{
+  LinkLanes value = monomials[1] * coefficient[1] + coefficient[0];
+  for (std::size_t m = 2; m < corners; ++m)
+    value += monomials[m] * coefficient[m];
+  return value;
+}
+
+/// 1/m of the links' particles, 0 in directions in which one cannot move [1/kg].
+template <int dim>
+class Mobility
+{
+public:
+  void assign(const LinkCells<dim> &cells, const OverlapLinks &links, const dem::Particles &particles)
+  {
+    inverse_mass = cells.lanes_of([&](std::size_t k) { return 1. / particles.mass[links.links()[k].particle]; });
+    for (int axis = 0; axis < dim; ++axis)
+      is_free[axis] = cells.lanes_of([&](std::size_t k) { return links.links()[k].blocked[axis] ? 0. : 1.; });
+  }
+  [[gnu::always_inline]] std::array<LinkLanes, dim> of(int batch, const typename LinkCells<dim>::Cell &cell) const
+  {
+    std::array<LinkLanes, dim> result;
+    result.fill(inverse_mass[batch]);
+    if (cell.blocked) // few are, the rest is not read
+      for (int c = 0; c < dim; ++c)
+        result[c] *= is_free[c][batch];
+    return result;
+  }
+
+private:
+  std::vector<LinkLanes> inverse_mass, is_free[dim];
+};
 
 /// One component of vectors of three components a particle, of the particles of a batch.
 [[gnu::always_inline]] inline LinkLanes load_lanes(const double *values, const int *particle, int component)
@@ -179,11 +336,11 @@ void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, co
   return LinkLanes{values[3 * particle[0] + component], values[3 * particle[1] + component],
                    values[3 * particle[2] + component], values[3 * particle[3] + component]};
 }
-/// Subtracts from them; lanes that repeat a particle must be zero.
-[[gnu::always_inline]] inline void subtract_lanes(double *values, const int *particle, int component, const LinkLanes &lanes)
+/// Adds to them; lanes that repeat a particle must be zero.
+[[gnu::always_inline]] inline void add_lanes(double *values, const int *particle, int component, const LinkLanes &lanes)
 {
   for (int l = 0; l < n_link_lanes; ++l)
-    values[3 * particle[l] + component] -= lanes[l];
+    values[3 * particle[l] + component] += lanes[l];
 }
 /// The first two components of a particle, at once.
 typedef double LinkPair __attribute__((vector_size(2 * sizeof(double)), aligned(alignof(double))));
@@ -202,20 +359,19 @@ template <int dim>
   return result;
 }
 template <int dim>
-[[gnu::always_inline]] inline void subtract_vectors(double *values, const int *particle,
-                                                    const std::array<LinkLanes, dim> &lanes)
+[[gnu::always_inline]] inline void add_vectors(double *values, const int *particle, const std::array<LinkLanes, dim> &lanes)
 {
   const LinkLanes even = __builtin_shufflevector(lanes[0], lanes[1], 0, 4, 2, 6),
                   odd = __builtin_shufflevector(lanes[0], lanes[1], 1, 5, 3, 7);
-  const auto subtract = [&](int l, double x, double y) {
-    *reinterpret_cast<LinkPair *>(values + 3 * particle[l]) -= LinkPair{x, y};
+  const auto add = [&](int l, double x, double y) {
+    *reinterpret_cast<LinkPair *>(values + 3 * particle[l]) += LinkPair{x, y};
   };
-  subtract(0, even[0], even[1]);
-  subtract(1, odd[0], odd[1]);
-  subtract(2, even[2], even[3]);
-  subtract(3, odd[2], odd[3]);
+  add(0, even[0], even[1]);
+  add(1, odd[0], odd[1]);
+  add(2, even[2], even[3]);
+  add(3, odd[2], odd[3]);
   if constexpr (dim == 3)
-    subtract_lanes(values, particle, 2, lanes[2]);
+    add_lanes(values, particle, 2, lanes[2]);
 }
 /// couple += chi x force, of the axes that a body turns about.
 [[gnu::always_inline]] inline void add_moments(const std::array<LinkLanes, 2> &chi, const std::array<LinkLanes, 2> &force,

@@ -69,19 +69,20 @@ void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particle
     [&](std::size_t k)
     { return settings.relaxation / settings.time_step * share_of_fluctuation(k) * particles.mass[list[k].particle]; });
   const std::size_t n = ties.cells.batches().size();
-  ties.inverse_mass = ties.cells.inverse_masses(links, particles);
-  ties.chi.resize(n);
-  ties.velocity.resize(n);
-  ties.relaxed.resize(n);
+  ties.mobility.assign(ties.cells, links, particles);
+  for (auto *values : {&ties.gap, &ties.velocity, &ties.relaxed})
+    values->resize(n);
+  for (auto *values : {&ties.ahead, &ties.held})
+    values->resize(ties.cells.most_batches());
   ties.loads.renew(ties.cells, particles);
-  build_equations(ties, fem);
+  build_equations(ties, particles, fem);
   couples.renew(fem.mesh(), links.window(), inverse_node_mass);
 }
 
 /// Every rank builds the equations of all links and solves them: they are as many as the nodes of the overlap, and what each
 /// rank adds to their right-hand side is a sum.
 template <int dim>
-void MultiplierConstraint::build_equations(const Ties<dim> &ties, const fem::FemSide &fem)
+void MultiplierConstraint::build_equations(const Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
 {
   fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
   constexpr int record = 5 + 2 * 8; // c, three inverse masses, number of nodes, nodes, shape functions
@@ -94,7 +95,7 @@ void MultiplierConstraint::build_equations(const Ties<dim> &ties, const fem::Fem
         const OverlapLink &link = links.links()[ties.cells.link(k, l)];
         std::array<double, 3> inverse_mass{};
         for (int axis = 0; axis < dim; ++axis)
-          inverse_mass[axis] = ties.inverse_mass[k][axis][l];
+          inverse_mass[axis] = link.blocked[axis] ? 0. : 1. / particles.mass[link.particle];
         mine.insert(mine.end(), {ties.c[k][l], inverse_mass[0], inverse_mass[1], inverse_mass[2], double(link.n)});
         mine.insert(mine.end(), link.node.begin(), link.node.end());
         mine.insert(mine.end(), link.N.begin(), link.N.end());
@@ -166,54 +167,49 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
   const double closing = drift_share / settings.time_step;
   sums.setZero(3 * dim, links.n_window());
   LinkLanes energy = {};
-  std::size_t k = 0;
+  int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
     double place[dim][corners], v[dim][corners];
-    cell.places(displacement, place);
-    for (int c = 0; c < dim; ++c)
-      for (int a = 0; a < corners; ++a)
-        v[c][a] = velocity(c, cell.node[a]);
-    LinkLanes sum[3 * dim][corners] = {};
-    for (; static_cast<int>(k) < cell.end; ++k)
+    ties.cells.places(cell, displacement, place);
+    ties.cells.coefficients(cell, velocity, v);
+    const int begin = k;
+    for (; k < cell.end; ++k)
     {
+      ties.cells.fetch_after(k, particles.position, particles.velocity, particles.force);
       const auto &batch = ties.cells.batches()[k];
+      const auto monomials = batch.monomials();
+      const auto inverse_mass = ties.mobility.of(k, cell);
       const auto position = load_vectors<dim>(particles.position.data(), batch.particle),
                  own_velocity = load_vectors<dim>(particles.velocity.data(), batch.particle),
                  own_force = load_vectors<dim>(particles.force.data(), batch.particle);
-      std::array<LinkLanes, dim> taken;
+      std::array<LinkLanes, dim> given;
       for (int c = 0; c < dim; ++c)
       {
-        LinkLanes chi = position[c], rate = own_velocity[c];
-        for (int a = 0; a < corners; ++a)
-        {
-          chi -= batch.N[a] * place[c][a];
-          rate -= batch.N[a] * v[c][a];
-        }
+        LinkLanes gap = value_of(place[c], monomials) - position[c]; // -chi
         if (periodic && packing.periodic[c] > 0.)
-          wrap_lanes(chi, packing.periodic[c]);
-        const LinkLanes held = ties.spring[k] * chi, relaxed = ties.viscosity[k] * rate;
-        taken[c] = held + relaxed;
-        const LinkLanes ahead =
-          ties.c[k] * (own_velocity[c] + tau * ties.inverse_mass[k][c] * (own_force[c] - taken[c]) + closing * chi);
-        for (int a = 0; a < corners; ++a)
-        {
-          sum[c][a] += batch.N[a] * ahead;
-          sum[dim + c][a] += batch.N[a] * relaxed;
-          sum[2 * dim + c][a] += batch.N[a] * held;
-        }
-        energy += 0.5 * held * chi;
-        ties.chi[k][c] = chi;
+          wrap_lanes(gap, packing.periodic[c]);
+        const LinkLanes held = ties.spring[k] * gap,
+                        relaxed = ties.viscosity[k] * (value_of(v[c], monomials) - own_velocity[c]);
+        given[c] = held + relaxed;
+        ties.ahead[k - begin][c] =
+          ties.c[k] * (own_velocity[c] + tau * inverse_mass[c] * (own_force[c] + given[c]) - closing * gap);
+        energy += 0.5 * held * gap;
+        ties.gap[k][c] = gap;
+        ties.held[k - begin][c] = held;
         ties.relaxed[k][c] = relaxed;
       }
       ties.velocity[k] = own_velocity;
-      subtract_vectors<dim>(particles.force.data(), batch.particle, taken);
+      add_vectors<dim>(particles.force.data(), batch.particle, given);
     }
-    for (int row = 0; row < 3 * dim; ++row)
+    for (int c = 0; c < dim; ++c)
     {
-      const auto of_nodes = sums_of(sum[row]);
-      for (int a = 0; a < corners; ++a)
-        sums(row, cell.node[a]) += of_nodes[a];
+      ties.cells.scatter(
+        cell, begin, [&](int batch) { return ties.ahead[batch - begin][c]; }, c, sums);
+      ties.cells.scatter(
+        cell, begin, [&](int batch) { return -ties.relaxed[batch][c]; }, dim + c, sums);
+      ties.cells.scatter(
+        cell, begin, [&](int batch) { return -ties.held[batch - begin][c]; }, 2 * dim + c, sums);
     }
   }
   stored = sum_of(energy);
@@ -246,28 +242,26 @@ double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &par
 {
   constexpr int corners = LinkCells<dim>::corners;
   LinkLanes power = {}, couple[3] = {};
-  std::size_t k = 0;
+  int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
     double multiplier[dim][corners];
-    for (int c = 0; c < dim; ++c)
-      for (int a = 0; a < corners; ++a)
-        multiplier[c][a] = lambda(c, cell.node[a]);
-    for (; static_cast<int>(k) < cell.end; ++k)
+    ties.cells.coefficients(cell, lambda, multiplier);
+    for (; k < cell.end; ++k)
     {
+      ties.cells.fetch_after(k, particles.force);
       const auto &batch = ties.cells.batches()[k];
-      std::array<LinkLanes, dim> pull = {}, load;
+      const auto monomials = batch.monomials();
+      std::array<LinkLanes, dim> force, load;
       for (int c = 0; c < dim; ++c)
       {
-        for (int a = 0; a < corners; ++a)
-          pull[c] += batch.N[a] * multiplier[c][a];
-        pull[c] *= ties.c[k];
-        load[c] = ties.relaxed[k][c] + pull[c];
-        power += (ties.loads.force[k][c] - load[c]) * ties.velocity[k][c];
-        ties.loads.force[k][c] = -load[c];
+        force[c] = -ties.c[k] * value_of(multiplier[c], monomials);
+        load[c] = ties.relaxed[k][c] + force[c];
+        power += (ties.loads.force[k][c] + load[c]) * ties.velocity[k][c];
+        ties.loads.force[k][c] = load[c];
       }
-      subtract_vectors<dim>(particles.force.data(), batch.particle, pull);
-      add_moments(ties.chi[k], load, couple);
+      add_vectors<dim>(particles.force.data(), batch.particle, force);
+      add_moments(ties.gap[k], load, couple);
     }
   }
   const Eigen::Vector3d moment(sum_of(couple[0]), sum_of(couple[1]), sum_of(couple[2]));

@@ -45,11 +45,13 @@ private:
     std::vector<LinkLanes> c;         ///< see MultiplierEquations
     std::vector<LinkLanes> spring;    ///< [N/m]
     std::vector<LinkLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
-    /// 0 in directions in which a particle cannot move [1/kg]
-    std::vector<std::array<LinkLanes, dim>> inverse_mass;
-    std::vector<std::array<LinkLanes, dim>> chi;      ///< [m]
+    Mobility<dim> mobility;
+    std::vector<std::array<LinkLanes, dim>> gap;      ///< -chi [m]
     std::vector<std::array<LinkLanes, dim>> velocity; ///< of the particles [m/s]
-    std::vector<std::array<LinkLanes, dim>> relaxed;  ///< force of the relaxation on the point of the finite elements [N]
+    std::vector<std::array<LinkLanes, dim>> relaxed;  ///< force of the relaxation on the particles [N]
+    // of the batches of a cell, while it is worked on
+    std::vector<std::array<LinkLanes, dim>> ahead; ///< c times the velocity after the step, with what chi asks for to close
+    std::vector<std::array<LinkLanes, dim>> held;  ///< force of the springs on the particles [N]
   };
 
   template <int dim>
@@ -57,7 +59,7 @@ private:
   template <int dim>
   void renew(Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem);
   template <int dim>
-  void build_equations(const Ties<dim> &ties, const fem::FemSide &fem);
+  void build_equations(const Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem);
   template <int dim, bool periodic>
   void gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles);
   template <int dim>

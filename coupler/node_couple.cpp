@@ -8,6 +8,7 @@ namespace kerf
 void NodeCouple::renew(const fem::Mesh &mesh, const std::vector<int> &nodes, const Eigen::Matrix3Xd &inverse_mass)
 {
   const Eigen::Index n = static_cast<Eigen::Index>(nodes.size());
+  flat = mesh.dim == 2;
   places.resize(3, n);
   mass.setZero(n);
   for (Eigen::Index a = 0; a < n; ++a)
@@ -25,6 +26,8 @@ void NodeCouple::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &disp
 {
   if (total_mass == 0. || couple.isZero(0.))
     return;
+  if (flat)
+    return add_in_plane(couple[2], displacement, force);
   using Eigen::Matrix3d, Eigen::Vector3d;
   Vector3d first = Vector3d::Zero();
   Matrix3d second = Matrix3d::Zero();
@@ -43,5 +46,29 @@ void NodeCouple::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &disp
   const Vector3d centre = first / total_mass, turn = inertia.ldlt().solve(couple);
   for (Eigen::Index a = 0; a < mass.size(); ++a)
     force.col(a) += mass[a] * turn.cross(Vector3d(places.col(a) + displacement.col(a) - centre));
+}
+
+void NodeCouple::add_in_plane(double couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const
+{
+  const auto place = [&](Eigen::Index a) -> Eigen::Vector2d { return places.col(a).head<2>() + displacement.col(a).head<2>(); };
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();
+  double second = 0.;
+  for (Eigen::Index a = 0; a < mass.size(); ++a)
+  {
+    const Eigen::Vector2d x = place(a);
+    first += mass[a] * x;
+    second += mass[a] * x.squaredNorm();
+  }
+  const double inertia = second - first.squaredNorm() / total_mass;
+  if (!(inertia > 0.))
+    return; // a single node
+  const double turn = couple / inertia;
+  const Eigen::Vector2d centre = first / total_mass;
+  for (Eigen::Index a = 0; a < mass.size(); ++a)
+  {
+    const Eigen::Vector2d arm = turn * mass[a] * (place(a) - centre);
+    force(0, a) -= arm[1];
+    force(1, a) += arm[0];
+  }
 }
 } // namespace kerf

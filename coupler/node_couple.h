@@ -18,6 +18,9 @@ public:
   void add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const;
 
 private:
+  void add_in_plane(double couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const;
+
+  bool flat = false;
   Eigen::Matrix3Xd places; // of the nodes in the reference configuration, from their centre [m]
   Eigen::VectorXd mass;    // 0 for those that cannot carry a part [kg]
   double total_mass = 0.;

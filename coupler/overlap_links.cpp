@@ -47,9 +47,13 @@ void OverlapLinks::locate(fem::FemSide &fem)
   {
     if (found[k].cell < 0)
       throw InputError("stored particle " + std::to_string(tied[pending[k]].index) + " lies outside the mesh");
+    constexpr double nothing = 1e-12; // on a face only its own nodes count, whatever cell was found
     Row &row = rows[pending[k]];
+    row.cell = found[k].cell;
+    for (int d = 0; d < 3; ++d)
+      row.xi[d] = found[k].xi[d] < nothing ? 0. : found[k].xi[d] > 1. - nothing ? 1. : found[k].xi[d];
     for (int a = 0; a < found[k].n; ++a)
-      if (found[k].N[a] > 1e-12) // on a face only its own nodes count, whatever cell was found
+      if (found[k].N[a] > nothing)
       {
         row.node[row.n] = found[k].nodes[a];
         row.N[row.n++] = found[k].N[a];
@@ -131,6 +135,8 @@ void OverlapLinks::renew(const dem::Particles &particles, fem::FemSide &fem)
     link.row = place;
     link.share = row.share;
     link.blocked = tied[place].blocked;
+    link.cell = row.cell;
+    link.xi = row.xi;
     link.n = row.n;
     link.N = row.N;
     std::transform(row.node.begin(), row.node.begin() + row.n, link.node.begin(), show);

@@ -19,7 +19,9 @@ struct OverlapLink
   int row = -1;      ///< among all tied particles
   int n = 0;
   double share = 1.;
-  std::array<bool, 3> blocked;  ///< directions in which it cannot move
+  std::array<bool, 3> blocked; ///< directions in which it cannot move
+  int cell = -1;
+  std::array<double, 3> xi;     ///< place in the cell, see fem::Interpolation
   std::array<int, 8> node;      ///< columns of the window
   std::array<double, 8> N;      ///< shape functions at the stored position
   std::array<double, 3> origin; ///< stored position [m]
@@ -93,7 +95,8 @@ private:
   struct Row
   {
     double share = 1.;
-    int n = 0;
+    int n = 0, cell = -1;
+    std::array<double, 3> xi;
     std::array<int, 8> node;
     std::array<double, 8> N;
   };

@@ -87,6 +87,8 @@ void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &parti
   choose_springs(particles, fem);
   springs.cells.assign(links, fem.mesh(), packing);
   springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
+  springs.force.resize(springs.cells.most_batches());
+  springs.stress.resize(springs.cells.most_batches());
   if (!settings.corrector)
     return;
   springs.fluctuation.resize(springs.stiffness.size());
@@ -179,19 +181,18 @@ void PenaltyConstraint::spread_strain_forces()
 
 /// f_i = -k_i chi_i and its reaction.
 template <int dim, bool periodic, bool corrected>
-void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &particles)
+void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
 {
   constexpr int corners = LinkCells<dim>::corners, n_strains = corrected ? StrainComponents<dim>::n : 0;
   LinkLanes energy = {};
-  std::size_t k = 0;
+  int k = 0;
   for (const auto &cell : springs.cells.cells())
   {
-    double corner[dim][corners], strain[n_strains + 1][corners], turn[dim][dim]; // turn: F
-    LinkLanes reaction[dim][corners] = {}, strained[n_strains + 1][corners] = {}, turned[dim][dim] = {};
-    cell.places(node_displacement, corner);
-    for (int a = 0; a < corners; ++a)
-      for (int s = 0; s < n_strains; ++s)
-        strain[s][a] = node_strain(s, cell.node[a]);
+    double corner[dim][corners], strain[corrected ? n_strains : 1][corners], turn[dim][dim]; // turn: F
+    LinkLanes turned[dim][dim] = {};
+    springs.cells.places(cell, node_displacement, corner);
+    if constexpr (corrected)
+      springs.cells.coefficients(cell, node_strain, strain);
     if constexpr (corrected)
       for (int c = 0; c < dim; ++c)
         for (int d = 0; d < dim; ++d)
@@ -201,24 +202,21 @@ void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &partic
             sum += node_gradient(dim * c + d, cell.node[a]);
           turn[c][d] = (c == d) + sum / corners;
         }
-    for (; static_cast<int>(k) < cell.end; ++k)
+    const int begin = k;
+    for (; k < cell.end; ++k)
     {
+      springs.cells.fetch_after(k, particles.position, particles.force);
       const auto &batch = springs.cells.batches()[k];
+      const auto monomials = batch.monomials();
       const auto position = load_vectors<dim>(particles.position.data(), batch.particle);
-      std::array<LinkLanes, dim> force, place, fluctuation = {};
+      std::array<LinkLanes, dim> place, fluctuation = {}, &force = springs.force[k - begin];
       for (int c = 0; c < dim; ++c)
-      {
-        place[c] = batch.N[0] * corner[c][0];
-        for (int a = 1; a < corners; ++a)
-          place[c] += batch.N[a] * corner[c][a];
-      }
+        place[c] = value_of(corner[c], monomials);
       if constexpr (corrected)
       {
         for (int s = 0; s < n_strains; ++s)
         {
-          LinkLanes here = {};
-          for (int a = 0; a < corners; ++a)
-            here += batch.N[a] * strain[s][a];
+          const LinkLanes here = value_of(strain[s], monomials);
           for (int c = 0; c < dim; ++c)
             fluctuation[c] += springs.fluctuation[k][c][s] * here;
         }
@@ -228,15 +226,13 @@ void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &partic
       }
       for (int c = 0; c < dim; ++c)
       {
-        LinkLanes chi = position[c] - place[c];
+        LinkLanes gap = place[c] - position[c]; // -chi
         if (periodic && packing.periodic[c] > 0.)
-          wrap_lanes(chi, packing.periodic[c]);
-        force[c] = springs.stiffness[k] * chi;
-        for (int a = 0; a < corners; ++a)
-          reaction[c][a] += batch.N[a] * force[c];
-        energy += 0.5 * force[c] * chi;
+          wrap_lanes(gap, packing.periodic[c]);
+        force[c] = springs.stiffness[k] * gap;
+        energy += 0.5 * force[c] * gap;
       }
-      subtract_vectors<dim>(particles.force.data(), batch.particle, force);
+      add_vectors<dim>(particles.force.data(), batch.particle, force);
       if constexpr (corrected)
       {
         LinkLanes turned_back[dim] = {};
@@ -244,31 +240,25 @@ void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &partic
           for (int d = 0; d < dim; ++d)
           {
             turned_back[d] += turn[c][d] * force[c];
-            turned[c][d] += force[c] * fluctuation[d];
+            turned[c][d] -= force[c] * fluctuation[d];
           }
         for (int s = 0; s < n_strains; ++s)
         {
           LinkLanes stress = {};
           for (int c = 0; c < dim; ++c)
             stress += springs.fluctuation[k][c][s] * turned_back[c];
-          for (int a = 0; a < corners; ++a)
-            strained[s][a] += batch.N[a] * stress;
+          springs.stress[k - begin][s] = stress;
         }
       }
     }
     for (int c = 0; c < dim; ++c)
-    {
-      const auto sums = sums_of(reaction[c]);
-      for (int a = 0; a < corners; ++a)
-        node_force(c, cell.node[a]) += sums[a];
-    }
-    for (int s = 0; s < n_strains; ++s)
-    {
-      const auto sums = sums_of(strained[s]);
-      for (int a = 0; a < corners; ++a)
-        strain_force(s, cell.node[a]) += sums[a];
-    }
+      springs.cells.scatter(
+        cell, begin, [&](int batch) { return -springs.force[batch - begin][c]; }, c, node_force);
     if constexpr (corrected)
+    {
+      for (int s = 0; s < n_strains; ++s)
+        springs.cells.scatter(
+          cell, begin, [&](int batch) { return -springs.stress[batch - begin][s]; }, s, strain_force);
       for (int c = 0; c < dim; ++c)
         for (int d = 0; d < dim; ++d)
         {
@@ -276,6 +266,7 @@ void PenaltyConstraint::pull(const Springs<dim> &springs, dem::Particles &partic
           for (int a = 0; a < corners; ++a)
             gradient_force(dim * c + d, cell.node[a]) += share;
         }
+    }
   }
   stored = sum_of(energy);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <memory>
@@ -149,6 +150,13 @@ struct Mesh
 
   int n_cells() const { return static_cast<int>(cells.cols()); }
   int n_nodes() const { return static_cast<int>(nodes.cols()); }
+  /// Null: the node has freedom of its own.
+  const SlaveNode *slave(int node) const
+  {
+    const auto found =
+      std::lower_bound(slaves.begin(), slaves.end(), node, [](const SlaveNode &slave, int n) { return slave.node < n; });
+    return found != slaves.end() && found->node == node ? &*found : nullptr;
+  }
 };
 
 /// A point of the reference configuration seen by its cell: u(X) = sum_a N_a u_a, grad u = sum_a u_a (x) dN_a. The nodes are
@@ -159,6 +167,7 @@ struct Interpolation
   int n = 0;     ///< number of nodes, at most 2^dim
   std::array<int, 8> nodes = {};
   std::array<double, 8> N = {};
+  std::array<double, 3> xi = {}; ///< place in the cell [0, 1]^dim, whose corners are numbered by bits: bit d for direction d
   Eigen::Matrix<double, 3, 8> dN = Eigen::Matrix<double, 3, 8>::Zero(); ///< gradients in the reference configuration [1/m]
 };
 

@@ -55,6 +55,8 @@ Interpolation interpolation(const NodalSpace<dim> &space, const int cell, const 
   const Eigen::Matrix<double, dim, dim> inverse = (X * D).inverse();
   Interpolation result;
   result.cell = cell;
+  for (int d = 0; d < dim; ++d)
+    result.xi[d] = 0.5 * (1. + xi[d]);
   for (int a = 0; a < q1::n_nodes<dim>; ++a)
   {
     const int node = space.mesh.cells(a, cell);

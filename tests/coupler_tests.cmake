@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 kerf_test(coupler_constraint LABEL coupling SOURCES unit/coupler_constraint.cpp LIBRARIES kerf_coupling)
+kerf_test(coupler_links LABEL coupling SOURCES unit/coupler_links.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_overlap LABEL coupling SOURCES unit/coupler_overlap.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_tool LABEL coupling SOURCES unit/coupler_tool.cpp unit/coupler_specimen.cpp LIBRARIES kerf_coupling)
 kerf_test(coupler_packing_space LABEL coupling SOURCES unit/coupler_packing_space.cpp LIBRARIES kerf_application)

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/link_cells.h"
+#include "tests/unit/dummy_fem_side.h"
+#include "tests/unit/fem_fixture.h"
+
+#include <gtest/gtest.h>
+
+using namespace kerf;
+using Eigen::Vector3d;
+
+namespace
+{
+constexpr double h = 0.1;
+
+/// A box with cells of two sizes: where they meet, some hang.
+template <int dim>
+std::unique_ptr<fem::FemSide> refined_side()
+{
+  fem::Settings settings = fem::test::box({4 * h, 3 * h, dim == 3 ? 3 * h : 0.}, h);
+  settings.mesh.refined = {{{0., 0., 0.}, {0.15, 0.15, 0.15}, 1}};
+  return fem::make_fem_side(settings);
+}
+
+/// Scattered in the box, and some on its faces, edges and corners.
+template <int dim>
+Eigen::Matrix3Xd places()
+{
+  constexpr int n = 301; // not a multiple of anything that is done at once
+  Eigen::Matrix3Xd points = fem::test::noise_field(n, 0.5, 3, dim);
+  for (int i = 0; i < n; ++i)
+    for (int d = 0; d < dim; ++d)
+    {
+      const double cells = (d == 0 ? 4. : 3.) * (points(d, i) + 0.5);
+      points(d, i) = h * ((i + d) % 7 == 0 ? std::round(2. * cells) / 2. : cells);
+    }
+  return points;
+}
+
+/// Cell by cell and with monomials, links do what they do one by one with shape functions: both ways, for any field.
+template <int dim>
+void compare_with_shape_functions()
+{
+  const auto side = refined_side<dim>();
+  dem::Packing packing;
+  packing.dim = dim;
+  packing.positions = places<dim>();
+  const int n = static_cast<int>(packing.positions.cols());
+  packing.radii = Eigen::VectorXd::Constant(n, 0.1 * h);
+  test::DummyParticles particles(packing.positions);
+  std::vector<TiedParticle> tied(n);
+  for (int i = 0; i < n; ++i)
+    tied[i].index = i;
+  OverlapLinks links(packing, WindowNodes::own, MPI_COMM_WORLD);
+  links.set_particles(tied);
+  ASSERT_EQ(links.update(particles.view(), *side), LinkChange::renewed);
+  LinkCells<dim> cells;
+  cells.assign(links, side->mesh(), packing);
+
+  const Eigen::Matrix3Xd field = fem::test::noise_field(links.n_window(), 1., 5, 3);
+  Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, links.n_window()), expected = sums;
+  const std::vector<LinkLanes> load =
+    cells.lanes_of([](std::size_t k) { return fem::test::noise(static_cast<std::uint64_t>(k)); });
+  constexpr double round_off = 1e-13; // of a few dozen terms of order one
+  int begin = 0, n_seen = 0, n_hanging = 0;
+  for (const auto &cell : cells.cells())
+  {
+    double values[dim][LinkCells<dim>::corners], present[dim][LinkCells<dim>::corners];
+    cells.coefficients(cell, field, values);
+    cells.places(cell, field, present);
+    for (int k = begin; k < cell.end; ++k)
+      for (int l = 0; l < n_link_lanes; ++l)
+      {
+        if (!cells.is_used(k, l))
+          continue;
+        ++n_seen;
+        n_hanging += cell.hanging >= 0;
+        const OverlapLink &link = links.links()[cells.link(k, l)];
+        Vector3d value = Vector3d::Zero();
+        for (int a = 0; a < link.n; ++a)
+          value += link.N[a] * field.col(link.node[a]);
+        const auto monomials = cells.batches()[k].monomials();
+        for (int c = 0; c < dim; ++c)
+        {
+          EXPECT_NEAR(value_of(values[c], monomials)[l], value[c], round_off);
+          EXPECT_NEAR(value_of(present[c], monomials)[l], link.origin[c] + value[c], round_off);
+        }
+        OverlapLinks::spread(link, load[k][l] * Vector3d(1., 2., 3.), expected);
+      }
+    for (int c = 0; c < dim; ++c)
+      cells.scatter(
+        cell, begin, [&](int batch) { return (c + 1.) * load[batch]; }, c, sums);
+    begin = cell.end;
+  }
+  EXPECT_EQ(n_seen, n);
+  EXPECT_GT(n_hanging, 20);
+  EXPECT_LT((sums - expected).topRows<dim>().cwiseAbs().maxCoeff(), 100. * round_off); // sums over the links of a node
+}
+} // namespace
+
+TEST(LinkCells, AgreeWithShapeFunctionsInPlane)
+{
+  compare_with_shape_functions<2>();
+}
+
+TEST(LinkCells, AgreeWithShapeFunctionsInSpace)
+{
+  compare_with_shape_functions<3>();
+}
