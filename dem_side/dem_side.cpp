@@ -3,6 +3,7 @@
 
 #include "dem_side/liggghts_instance.h"
 #include "dem_side/rock_bond_style.h"
+#include "dem_side/slabs.h"
 
 #include <algorithm>
 #include <atom.h>
@@ -101,6 +102,8 @@ struct DemSide::Engine
   void notice_leavers();
   void stop_if_overstretched() const;
   void check_periodic_sides(double reach) const;
+  double ghost_reach() const;
+  void share_out(const std::vector<NewParticle> &particles);
 };
 
 EngineBox engine_box(const Settings &settings)
@@ -141,7 +144,7 @@ DemSide::Engine::Engine(const Settings &s)
   command(*lmp, "units si");
   command(*lmp, "dimension ", packing.dim);
   command(*lmp, "atom_style granular");
-  const double bin = bin_size(box, packing.dim, 0.5 * (reach * 2. * packing.radii.maxCoeff() + list_skin(packing)));
+  const double bin = bin_size(box, packing.dim, 0.5 * ghost_reach());
   command(*lmp, "atom_modify map array sort 1000 ", bin);
   command(*lmp, "boundary ", box.boundary[0], ' ', box.boundary[1], ' ', box.boundary[2]);
   command(*lmp, "newton off");
@@ -227,6 +230,54 @@ void DemSide::Engine::make(const NewParticle &particle)
   style->initialise(i, weights[particle.index], Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)));
 }
 
+/// How far the lists of a particle look at most [m].
+double DemSide::Engine::ghost_reach() const
+{
+  return list_reach(packing, settings.bond) * 2. * packing.radii.maxCoeff() + list_skin(packing);
+}
+
+/// Moves the borders between the ranks so that they have equal numbers of particles, the new ones included: a region that was
+/// activated is small and far from the middle of the domain. Particles that are there go to a neighbouring rank at most, which
+/// is what LIGGGHTS does with them in its next setup.
+void DemSide::Engine::share_out(const std::vector<NewParticle> &particles)
+{
+  constexpr int n_bins = 4096;
+  constexpr double bearable = 1.1; // fullest rank by the mean
+  LAMMPS_NS::Comm &comm = *lmp->comm;
+  const LAMMPS_NS::Domain &domain = *lmp->domain;
+  double *const splits[3] = {comm.xsplit, comm.ysplit, comm.zsplit};
+  bool changed = false;
+  for (int c = 0; c < packing.dim; ++c)
+  {
+    if (comm.procgrid[c] == 1)
+      continue;
+    const double length = domain.boxhi[c] - domain.boxlo[c], thinnest = ghost_reach() / length;
+    const Borders now(splits[c], splits[c] + comm.procgrid[c] + 1);
+    bool thick = true; // slabs that are thinner than the lists reach stay as they are
+    for (int k = 0; k < comm.procgrid[c]; ++k)
+      thick = thick && now[k + 1] - now[k] >= thinnest;
+    if (!thick)
+      continue;
+    std::vector<double> counts(n_bins, 0.);
+    const auto add = [&](double x) { ++counts[std::clamp(static_cast<int>(n_bins * (x - domain.boxlo[c]) / length), 0, n_bins - 1)]; };
+    for (int i = 0; i < lmp->atom->nlocal; ++i)
+      add(lmp->atom->x[i][c]);
+    MPI_Allreduce(MPI_IN_PLACE, counts.data(), n_bins, MPI_DOUBLE, MPI_SUM, lmp->world);
+    for (const NewParticle &particle : particles) // every rank knows them
+      add(place_of(particle)[c]);
+    if (imbalance(counts, now) <= bearable)
+      continue;
+    const Borders wanted = balanced_borders(counts, comm.procgrid[c], thinnest);
+    const Borders next = n_active == 0 ? wanted : approach(now, wanted, thinnest);
+    std::copy(next.begin(), next.end(), splits[c]);
+    changed = true;
+  }
+  if (!changed)
+    return;
+  comm.uniform = 0; // "not equal": the borders are to be read
+  lmp->domain->set_local_box();
+}
+
 std::int64_t DemSide::Engine::n_bonds_to_fresh() const
 {
   std::int64_t n = 0;
@@ -293,6 +344,8 @@ void DemSide::insert(const std::vector<NewParticle> &particles)
   e.check(particles);
   if (particles.empty())
     return;
+  if (e.n_active == 0 || e.has_lists) // particles can move on by one rank only until the next setup
+    e.share_out(particles);
   LAMMPS_NS::Atom &atom = *e.lmp->atom;
   const LAMMPS_NS::Domain &domain = *e.lmp->domain;
 

@@ -4,7 +4,7 @@ kerf_test(rock_bond_law_tests LABEL dem
           LIBRARIES kerf_dem)
 kerf_test(dem_tests LABEL dem RANKS 2
           SOURCES unit/dem_pair_test.cpp unit/dem_contact_test.cpp unit/dem_side_test.cpp unit/dem_insertion_test.cpp
-                  unit/dem_benchmark_test.cpp
+                  unit/dem_benchmark_test.cpp unit/dem_slabs_test.cpp
           LIBRARIES kerf_dem)
 kerf_test(dem_verification LABEL dem
           SOURCES verification/dem_conservation_test.cpp verification/dem_time_step_test.cpp

@@ -225,3 +225,42 @@ TEST(DemRanks, NewParticlesNeedNewLists)
   dem.insert(last);
   EXPECT_THROW(dem.compute_forces({}), std::logic_error);
 }
+
+// A region that grows in a corner of a large domain is shared by all ranks, and the body does not notice.
+TEST(DemRanks, ShareTheParticles)
+{
+  constexpr int n_x = 40, n_y = 24, first_part = 16, growth = 4; // columns
+  const Packing packing = triangular_lattice(n_x, n_y, 5e-4);
+  Settings s = settings(packing);
+  s.domain_lower.x() -= packing.upper.x();
+  s.domain_upper += 5. * packing.upper;
+  DemSide dem(s);
+  int n_ranks = 0;
+  MPI_Comm_size(MPI_COMM_WORLD, &n_ranks);
+  for (int begin = 0, end = first_part; begin < n_x; begin = end, end += growth)
+  {
+    std::vector<NewParticle> next;
+    for (const NewParticle &p : all_particles(packing))
+      if (p.index % n_x >= begin && p.index % n_x < end)
+        next.push_back(p);
+    start(dem, packing, next);
+    dem.advance(50, {});
+    int most = dem.particles().n;
+    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+    // A tenth is borne before borders move, on each of two axes, and half a column of a rank's four or more is not split.
+    EXPECT_LT(most * n_ranks, 1.35 * dem.n_active()) << end << " columns";
+  }
+  EXPECT_EQ(dem.n_bonds_intact(), static_cast<std::int64_t>(packing.bonds.size()));
+  EXPECT_LT(gather(dem, packing, Quantity::force).norm(), 1e-10 * s.bond.k_n * packing.mean_diameter);
+}
+
+TEST(DemRanks, SameBreaksWhereBordersMove)
+{
+  const Packing packing = triangular_lattice(16, 16, 5e-4);
+  Settings s = settings(packing);
+  s.domain_lower.x() -= 0.5 * packing.upper.x();
+  s.domain_upper += 2. * packing.upper;
+  s.bond.R_n = 2e-3 * packing.mean_diameter * s.bond.k_n;
+  s.bond.R_t = 5e-4 * packing.mean_diameter * s.bond.k_n;
+  EXPECT_GT(compare(packing, s, Motion{1., 350}).broken.size(), packing.bonds.size() / 10);
+}
