@@ -79,10 +79,11 @@ std::vector<char> particles_of(const Overlap &overlap, int n)
   return active;
 }
 
-double limit_of_fixed_overlap(const Case &settings, fem::FemSide &fem, const dem::Packing &packing, double guess, MPI_Comm comm)
+/// Stable step of the model with these cells converted; zero if there is none.
+double limit_of_overlap_around(const std::vector<int> &cells, const Case &settings, fem::FemSide &fem,
+                               const dem::Packing &packing, double guess, MPI_Comm comm)
 {
   Overlap overlap(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width);
-  const std::vector<int> cells = cells_inside(fem.mesh(), settings.fixed_region);
   overlap.convert(cells);
   fem.set_weights(overlap.fe_weights());
   const ParticleBoundary boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing);
@@ -94,6 +95,21 @@ double limit_of_fixed_overlap(const Case &settings, fem::FemSide &fem, const dem
   const double limit = model.stable_step(guess);
   fem.set_weights(Eigen::VectorXd::Ones(fem.quadrature_points().cols()));
   return limit;
+}
+
+/// Some cells in the middle of the mesh, for an overlap all around them.
+std::vector<int> cells_in_the_middle(const fem::Mesh &mesh, double reach)
+{
+  const Eigen::Vector3d lower = mesh.nodes.rowwise().minCoeff(), upper = mesh.nodes.rowwise().maxCoeff();
+  int nearest = 0;
+  for (int cell = 1; cell < mesh.n_cells(); ++cell)
+  {
+    const auto distance = [&](int k) { return (cell_centre(mesh, k) - 0.5 * (lower + upper)).norm(); };
+    if (distance(cell) < distance(nearest))
+      nearest = cell;
+  }
+  const Eigen::Vector3d middle = cell_centre(mesh, nearest);
+  return cells_inside(mesh, {Box{middle.array() - reach, middle.array() + reach}});
 }
 
 /// What ties may add to dt^2 omega^2 where the overlap is not known yet.
@@ -176,9 +192,9 @@ StableSteps elastic_steps(const Case &settings, Mode mode, fem::FemSide &fem, co
                      " particle diameters, too few particles for means around nodes; give at least 1.5, or another "
                      "Coupling/Method than multipliers");
   const double sides = std::min(steps.fem, steps.dem);
-  if (mode == Mode::fixed && !cells_inside(fem.mesh(), settings.fixed_region).empty())
+  if (const std::vector<int> cells = cells_inside(fem.mesh(), settings.fixed_region); mode == Mode::fixed && !cells.empty())
   {
-    steps.overlap = undamped_share * limit_of_fixed_overlap(settings, fem, packing, sides, comm);
+    steps.overlap = undamped_share * limit_of_overlap_around(cells, settings, fem, packing, sides, comm);
     if (!(steps.overlap > 0.))
       throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
                        " is unstable at any time step in this overlap, give less");
@@ -194,6 +210,14 @@ StableSteps elastic_steps(const Case &settings, Mode mode, fem::FemSide &fem, co
     (4. * ratio * ratio + added_by_ties(settings, middle, lightest) <= 4. ? lower : upper) = middle;
   }
   steps.elastic = lower;
+  if (settings.constraint == ConstraintMethod::penalty)
+  {
+    // The lightest particle that comes to lie at the end of an overlap decides. An overlap in the middle stands for those to
+    // come.
+    const std::vector<int> cells = cells_in_the_middle(fem.mesh(), settings.overlap_width);
+    steps.overlap = undamped_share * limit_of_overlap_around(cells, settings, fem, packing, lower, comm);
+    steps.elastic = std::min(lower, steps.overlap);
+  }
   return steps;
 }
 

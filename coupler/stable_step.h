@@ -19,8 +19,9 @@ struct StableSteps
 
 /// Limits for a mode: the smallest of the sides that take part and of the overlap. Mode fixed has its overlap from the start:
 /// its operator is solved. The overlap of mode adaptive is not known beforehand; there a penalty or relaxation lowers the
-/// sides' limit by a bound, omega^2 dt^2 + beta <= 4, and the operator of the real overlap is watched after each activation
-/// (see StabilityWatch). Leaves the weights of @p fem at one. Collective.
+/// sides' limit by a bound, omega^2 dt^2 + beta <= 4; with constant springs, which know no masses, an overlap in the middle of
+/// the mesh is solved, too. The operator of the real overlap is watched after each activation (see StabilityWatch). Leaves the
+/// weights of @p fem at one. Collective.
 StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, MPI_Comm comm);
 
 /// Density of the particles, rock density / solid fraction [kg/m^3].

@@ -259,7 +259,8 @@ void DemSide::Engine::share_out(const std::vector<NewParticle> &particles)
     if (!thick)
       continue;
     std::vector<double> counts(n_bins, 0.);
-    const auto add = [&](double x) { ++counts[std::clamp(static_cast<int>(n_bins * (x - domain.boxlo[c]) / length), 0, n_bins - 1)]; };
+    const auto add = [&](double x)
+    { ++counts[std::clamp(static_cast<int>(n_bins * (x - domain.boxlo[c]) / length), 0, n_bins - 1)]; };
     for (int i = 0; i < lmp->atom->nlocal; ++i)
       add(lmp->atom->x[i][c]);
     MPI_Allreduce(MPI_IN_PLACE, counts.data(), n_bins, MPI_DOUBLE, MPI_SUM, lmp->world);

@@ -159,8 +159,8 @@ def chart(rows, best, path):
               color=figures.LINE_COLOURS[1], label="Pareto front")
     failed = [row for row in rows if row["failed"]]
     for k, row in enumerate(failed):
-        axis.text(0.02, 0.97 - 0.05 * k, f"failed: {row['name']} ({row['failed']} of {len(row['mean'])} packings)",
-                  transform=axis.transAxes, ha="left", va="top", color="#c0392b", fontsize=9)
+        axis.text(0.98, 0.97 - 0.05 * k, f"failed: {row['name']} ({row['failed']} of {len(row['mean'])} packings)",
+                  transform=axis.transAxes, ha="right", va="top", color="#c0392b", fontsize=9)
     axis.set_xlabel("wall time / wall time of full DEM")
     axis.set_ylabel("|error of the mean normal force| [%]")
     axis.set_xlim(0., 1.15 * max(row["cost"] for row in able))
@@ -170,6 +170,24 @@ def chart(rows, best, path):
     axis.legend(frameon=False, loc="lower left", bbox_to_anchor=(0., 1.), ncol=2, borderaxespad=0.2)
     figure.savefig(path)
     plt.close(figure)
+
+
+def force_figure(directories, path):
+    """Running means of the force over time: mean of each mode over its packings, with a band of one standard deviation."""
+    figure, axis = plt.subplots(figsize=(10., 5.), layout="constrained")
+    for (name, runs), colour in zip(directories.items(), figures.LINE_COLOURS):
+        histories = [History(directory) for directory in runs]
+        time = histories[0]["time"]
+        forces = []
+        for history in histories:
+            force, unit = figures.scaled("tool_force_y", history)
+            forces.append(np.interp(time, history["time"], figures.running_mean(force, max(len(force) // 20, 1))))
+        mean, scatter = np.mean(forces, axis=0), np.std(forces, axis=0, ddof=1)
+        axis.fill_between(time * figures.MILLI, mean - scatter, mean + scatter, color=colour, alpha=0.15, linewidth=0.)
+        axis.plot(time * figures.MILLI, mean, color=colour, linewidth=2., label=f"{name}, mean of {len(runs)} packings")
+    axis.set_ylabel(f"normal force, running mean [{unit}]")
+    axis.legend(loc="lower right", bbox_to_anchor=(1., 1.), ncol=len(directories), frameon=False, borderaxespad=0.2)
+    figures.finish(figure, [axis], path)
 
 
 def table(rows, best, unit):
@@ -215,9 +233,8 @@ def main():
         unit = "k" + (History(results / f"{identifier(SETTINGS[0][0])}_{options.seeds[0]}").units["tool_force_y"] or "N")
         figures.use_style()
         chart(rows, best, docs / "figures" / "speed_accuracy.png")
-        shown = [(name, seed) for name in ("full DEM", "adaptive") for seed in options.seeds[:6]]  # more would hide each other
-        figures.compare([results / f"{identifier(name)}_{seed}" for name, seed in shown],
-                        [f"{'dem' if name == 'full DEM' else name} {seed}" for name, seed in shown], docs / "figures" / "packings_normal_force.png")
+        force_figure({name: [results / f"{identifier(name)}_{seed}" for seed in options.seeds if codes[name, seed] == 0]
+                      for name, _, _ in SETTINGS[:MODES]}, docs / "figures" / "packings_normal_force.png")
         seeds = ", ".join(map(str, options.seeds))
         compare_modes.put_section(docs / "results.md", f"""Case `{options.case}`, packings {seeds}; settings that are no modes: the first {options.few}. One rank, {options.jobs} runs at the same
 time. Forces and peaks are those after {options.start * 1e3:.3g} ms, costs those of the whole run; errors are those of the mean force
@@ -229,7 +246,7 @@ against full DEM on the same packings, +- standard errors from the differences o
 
 ![Error over cost](figures/speed_accuracy.png)
 
-![Normal force over packings](figures/packings_normal_force.png)
+![Normal force, mean and standard deviation over packings](figures/packings_normal_force.png)
 """, BEGIN, END)
     except (Unreadable, OSError) as error:
         print(f"speed_accuracy: {error}", file=sys.stderr)
