@@ -10,6 +10,7 @@ docs/figures/packings_normal_force.png and the tables between the markers <!-- c
 docs/results.md. About half an hour on two cores.
 """
 import argparse
+import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -121,6 +122,17 @@ def settled(seeds, results, start, unit):
     error = np.std(np.diff(halves, axis=1), ddof=1) / np.sqrt(len(seeds))
     return (f"In the two halves of that time full DEM has mean forces of {first:.1f} and {second:.1f} {unit}, a change of "
             f"{second - first:+.1f} +- {error:.1f} (standard error over the packings).")
+
+
+def changes_of_models(directories):
+    """What the timer tables of runs say of their activations."""
+    shares = []
+    for directory in directories:
+        found = re.search(r"^ +activation +[\d.]+ s +([\d.]+) %", (directory / "log.txt").read_text(), re.MULTILINE)
+        if found is None:
+            raise Unreadable(f"{directory}/log.txt: there is no time of activations")
+        shares.append(float(found[1]))
+    return f"Changes of models take {np.mean(shares):.1f} % of the time of the adaptive runs, {max(shares):.1f} % at most."
 
 
 def errors(rows):
@@ -241,6 +253,8 @@ time. Forces and peaks are those after {options.start * 1e3:.3g} ms, costs those
 against full DEM on the same packings, +- standard errors from the differences on each packing. Failed: stopped, or broke over four times the bonds of full DEM. Made by `tests/tools/speed_accuracy.py`.
 
 {settled(options.seeds, results, options.start, unit)}
+
+{changes_of_models([results / f"adaptive_{seed}" for seed in options.seeds if codes["adaptive", seed] == 0])}
 
 {table(rows, best, unit)}
 
