@@ -169,9 +169,10 @@ void CoupledModel::convert(const std::vector<int> &cells)
   event.cells = static_cast<int>(cells.size());
   const CellStresses stress = stresses_of(cells, false);
 
-  std::vector<std::pair<int, double>> weights;
-  for (const TiedParticle &particle : active_ties())
-    weights.emplace_back(particle.index, regions.de_weights()[particle.index]);
+  std::vector<std::pair<int, double>> weights; // of ties that hold means, around which particles settle
+  if (constraint->tie() == Tie::mean)
+    for (const TiedParticle &particle : active_ties())
+      weights.emplace_back(particle.index, regions.de_weights()[particle.index]);
   regions.convert(cells);
   std::vector<int> reweighted;
   for (const auto &[index, weight] : weights)
@@ -185,8 +186,7 @@ void CoupledModel::convert(const std::vector<int> &cells)
   for (const dem::NewParticle &particle : particles)
     fresh.push_back(particle.index);
   std::vector<int> settling = fresh;
-  if (constraint->tie() == Tie::mean)
-    settling.insert(settling.end(), reweighted.begin(), reweighted.end());
+  settling.insert(settling.end(), reweighted.begin(), reweighted.end());
   Accelerations accelerations = project_accelerations(fem_side, packing, settling, comm);
   for (auto &[index, acceleration] : accelerations) // not of what a boundary holds
     for (int c = 0; c < 3; ++c)

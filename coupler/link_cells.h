@@ -137,15 +137,15 @@ public:
       to_coefficients(result[c]);
     }
   }
-  /// The transpose: what links give, value_of(batch), goes to the nodes' values in a row of a field of the window. A loop of
+  /// The transpose: what links give, given(batch), goes to the nodes' values in a row of a field of the window. A loop of
   /// its own for each row: its sums stay in registers. @p begin: first batch of the cell.
-  template <typename ValueOf, typename Field>
-  [[gnu::always_inline]] void scatter(const Cell &cell, int begin, const ValueOf &value_of, int row, Field &field) const
+  template <typename Given, typename Field>
+  [[gnu::always_inline]] void scatter(const Cell &cell, int begin, const Given &given, int row, Field &field) const
   {
     LinkLanes moments[corners] = {};
     for (int k = begin; k < cell.end; ++k)
     {
-      const LinkLanes value = value_of(k);
+      const LinkLanes value = given(k);
       const Monomials monomials = all_batches[k].monomials();
       moments[0] += value;
       for (int m = 1; m < corners; ++m)
