@@ -29,6 +29,14 @@ add_test(NAME bad_inputs COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reli
 add_test(NAME modes COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/modes.py $<TARGET_FILE:kerf>
          ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
 set_tests_properties(bad_inputs modes PROPERTIES LABELS reliability TIMEOUT 900)
+# Minutes: ctest -C long -L adaptivity-long, -L coupling-long
+foreach(part modes exchange)
+  add_test(NAME cutting_${part} COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/cutting_cases.py $<TARGET_FILE:kerf>
+           ${CMAKE_SOURCE_DIR}/cases ${part} CONFIGURATIONS long)
+  set_tests_properties(cutting_${part} PROPERTIES TIMEOUT 3600 PROCESSORS 2)
+endforeach()
+set_tests_properties(cutting_modes PROPERTIES LABELS adaptivity-long)
+set_tests_properties(cutting_exchange PROPERTIES LABELS coupling-long)
 add_test(NAME fem_cases COMMAND /usr/bin/python3 ${CMAKE_SOURCE_DIR}/tests/reliability/fem_cases.py $<TARGET_FILE:kerf>
          ${CMAKE_SOURCE_DIR}/tests/cases/small_cut)
 set_tests_properties(fem_cases PROPERTIES LABELS fem TIMEOUT 900)

@@ -11,7 +11,6 @@ else should run then. Minutes each.
 """
 import argparse
 import csv
-import re
 import shutil
 import subprocess
 import sys
@@ -21,6 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "tools"))
 import compare_modes  # noqa: E402
+import kerf_runner  # noqa: E402
 from results_file import Unreadable  # noqa: E402  (found through compare_modes)
 
 KEPT = ROOT / "results" / "coupling"
@@ -158,11 +158,8 @@ def cost_table(kerf, existing):
             if not existing:
                 subprocess.run([kerf, "run", str(ROOT / "cases" / case), "--mode", "adaptive", "--output", str(directory), "--overwrite",
                                 *settings], check=True)
-            parts = {part: (float(seconds), float(step)) for part, seconds, step in
-                     re.findall(r"^ +(\S.*?) +([\d.]+) s +[\d.]+ % +([\d.]+) us/step$", (directory / "log.txt").read_text(), re.M)}
-            steps = sum(seconds for part, (seconds, _) in parts.items() if part not in ("activation", "output"))
-            seconds, step = parts["exchange"]
-            cells += [f"{step:.0f}", f"{100. * seconds / steps:.1f} %"]
+            parts = kerf_runner.timer_table(directory)
+            cells += [f"{parts['exchange'][1]:.0f}", f"{100. * kerf_runner.exchange_share(parts):.1f} %"]
         lines.append(cells)
     return table(["`Coupling/Method`"] + [text for case, _ in CUTS for text in (f"`{case}`, us a step", "share of the step")], lines)
 

@@ -2,6 +2,7 @@
 """Runs kerf for the tests: on any number of ranks, in a copy of a case, with the history read back."""
 import csv
 import os
+import re
 import shutil
 import subprocess
 
@@ -39,3 +40,21 @@ def history(directory):
         assert file.readline().startswith("# units:")
         rows = list(csv.DictReader(file))
     return {name: [float(row[name]) for row in rows] for name in rows[0]}
+
+
+def timer_table(directory):
+    """What the log of a finished run says of its parts: seconds and microseconds a step by name."""
+    with open(os.path.join(directory, "log.txt")) as file:
+        rows = re.findall(r"^ +(\S.*?) +([\d.]+) s +[\d.]+ % +([\d.]+) us/step$", file.read(), re.MULTILINE)
+    assert rows, f"{directory}/log.txt has no timer table"
+    return {part: (float(seconds), float(step)) for part, seconds, step in rows}
+
+
+def exchange_share(parts):
+    """Of a step, which changes of models and output are not."""
+    return parts["exchange"][0] / sum(seconds for part, (seconds, _) in parts.items() if part not in ("activation", "output"))
+
+
+def activation_share(parts):
+    """Of the whole run."""
+    return parts["activation"][0] / sum(seconds for seconds, _ in parts.values())

@@ -10,7 +10,6 @@ docs/figures/packings_normal_force.png and the tables between the markers <!-- c
 docs/results.md. About half an hour on two cores.
 """
 import argparse
-import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -19,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "tools"))
 import compare_modes  # noqa: E402
 import figures  # noqa: E402  (found through compare_modes)
+import kerf_runner  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from results_file import History, Unreadable, time_mean  # noqa: E402
@@ -126,12 +126,7 @@ def settled(seeds, results, start, unit):
 
 def changes_of_models(directories):
     """What the timer tables of runs say of their activations."""
-    shares = []
-    for directory in directories:
-        found = re.search(r"^ +activation +[\d.]+ s +([\d.]+) %", (directory / "log.txt").read_text(), re.MULTILINE)
-        if found is None:
-            raise Unreadable(f"{directory}/log.txt: there is no time of activations")
-        shares.append(float(found[1]))
+    shares = [100. * kerf_runner.activation_share(kerf_runner.timer_table(directory)) for directory in directories]
     return f"Changes of models take {np.mean(shares):.1f} % of the time of the adaptive runs, {max(shares):.1f} % at most."
 
 
