@@ -141,7 +141,8 @@ double particle_frequency(const dem::Packing &packing, double k_n, double k_t, d
   constexpr double pressed = 0.5; // gap / mean radius of pairs that touch where the rock is pressed together
   dem::Packing contacts = packing;
   dem::bond_by_gap(contacts, std::max(pressed, packing.gap_tolerance));
-  return std::max(dem::largest_frequency(packing, k_n, k_t, density), dem::largest_frequency(contacts, k_n, k_t, density));
+  const double whole = dem::largest_frequency(packing, k_n, k_t, density);
+  return contacts.bonds == packing.bonds ? whole : std::max(whole, dem::largest_frequency(contacts, k_n, k_t, density));
 }
 
 namespace
