@@ -216,7 +216,7 @@ void Corrector::place_in(std::vector<dem::NewParticle> &particles, const Eigen::
         add(place.nodes[a], place.N[a]);
         first = first < 0 ? place.nodes[a] : first;
       }
-    while (first >= 0 && n < corners) // corners that a point does not need are the first one, as in LinkCells
+    while (first >= 0 && n < corners) // of a point on a face; LinkCells takes the whole cell's mean there
       add(first, 0.);
     Eigen::Matrix<double, 6, 1> moved = Eigen::Matrix<double, 6, 1>::Zero(), moving = moved; // turns last
     for (int s = 0; s < StrainComponents<dim>::n; ++s)

@@ -72,34 +72,17 @@ void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Co
   for (std::size_t k = 0; k < packed.size(); k += 1 + n * n)
   {
     Cell cell;
-    std::vector<int> masters;
-    Eigen::MatrixXd share = Eigen::MatrixXd::Zero(n_corners, 8); // of each corner's motion that each master gives
-    for (int a = 0; a < n_corners; ++a)
+    const fem::CellMotion corners = fem::cell_motion(mesh, static_cast<int>(packed[k]));
+    Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(n, dim * corners.nodes.size()); // of the corners by that of the nodes
+    for (std::size_t m = 0; m < corners.nodes.size(); ++m)
     {
-      const int node = mesh.cells(a, static_cast<int>(packed[k]));
-      const auto add = [&](int master, double weight)
-      {
-        const auto place = std::find(masters.begin(), masters.end(), master) - masters.begin();
-        if (place == static_cast<std::ptrdiff_t>(masters.size()))
-          masters.push_back(master);
-        share(a, place) += weight;
-      };
-      if (const fem::SlaveNode *slave = mesh.slave(node))
-        for (std::size_t m = 0; m < slave->masters.size(); ++m)
-          add(slave->masters[m], slave->weights[m]);
-      else
-        add(node, 1.);
-    }
-    Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(n, dim * masters.size()); // of the corners by that of the masters
-    for (std::size_t m = 0; m < masters.size(); ++m)
-    {
-      const auto entry = node_place.emplace(masters[m], static_cast<int>(nodes.size()));
+      const auto entry = node_place.emplace(corners.nodes[m], static_cast<int>(nodes.size()));
       if (entry.second)
-        nodes.push_back(masters[m]);
+        nodes.push_back(corners.nodes[m]);
       cell.dof.push_back(dim * entry.first->second);
       for (int a = 0; a < n_corners; ++a)
         for (int c = 0; c < dim; ++c)
-          motion(dim * a + c, dim * m + c) = share(a, m);
+          motion(dim * a + c, dim * m + c) = corners.share(a, m);
     }
     cell.K = motion.transpose() * Eigen::Map<const Eigen::MatrixXd>(&packed[k + 1], n, n) * motion;
     cells.push_back(cell);

@@ -193,7 +193,7 @@ private:
       values = (shares[cell.hanging] * values).eval();
     }
   }
-  Cell make_cell(const OverlapLink &link, const fem::Mesh &mesh, const std::vector<int> &column, const dem::Packing &packing);
+  Cell make_cell(const OverlapLink &link, const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing);
 
   std::vector<Cell> all_cells;
   std::vector<Shares> shares; // of the corners' motion that each master gives, of cells that hang
@@ -203,40 +203,27 @@ private:
   int longest = 0;
 };
 
-/// Corners that no link needs may have no column; any one will do, they are taken times zero.
+/// Nodes that carry no link may have no column, or one whose fields end before: any other will do, it is taken times zero.
 template <int dim>
-typename LinkCells<dim>::Cell LinkCells<dim>::make_cell(const OverlapLink &link, const fem::Mesh &mesh,
-                                                        const std::vector<int> &column, const dem::Packing &packing)
+typename LinkCells<dim>::Cell LinkCells<dim>::make_cell(const OverlapLink &link, const OverlapLinks &links,
+                                                        const fem::Mesh &mesh, const dem::Packing &packing)
 {
   Cell cell;
-  cell.node.fill(link.node[0]);
   const Eigen::Vector3d origin = Eigen::Map<const Eigen::Vector3d>(link.origin.data());
-  Shares share = Shares::Zero();
-  std::vector<int> masters;
-  const auto add = [&](int corner, int node, double part)
-  {
-    const auto known = std::find(masters.begin(), masters.end(), node);
-    const auto place = known - masters.begin();
-    if (known == masters.end())
-    {
-      masters.push_back(node);
-      if (column[node] >= 0)
-        cell.node[place] = column[node];
-    }
-    share(corner, place) += part;
-  };
   for (int a = 0; a < corners; ++a)
   {
-    const int node = mesh.cells(a, link.cell);
-    const Eigen::Vector3d place = origin + packing.shortest(mesh.nodes.col(node) - origin);
+    const Eigen::Vector3d place = origin + packing.shortest(mesh.nodes.col(mesh.cells(a, link.cell)) - origin);
     for (int c = 0; c < dim; ++c)
       cell.place[c][a] = place[c];
-    if (const fem::SlaveNode *slave = mesh.slave(node))
-      for (std::size_t m = 0; m < slave->masters.size(); ++m)
-        add(a, slave->masters[m], slave->weights[m]);
-    else
-      add(a, node, 1.);
   }
+  const fem::CellMotion motion = fem::cell_motion(mesh, link.cell);
+  const int n = static_cast<int>(motion.nodes.size());
+  cell.node.fill(link.node[0]);
+  for (int m = 0; m < n; ++m)
+    if (const int column = links.columns()[motion.nodes[m]]; column >= 0 && column < links.n_carriers())
+      cell.node[m] = column;
+  Shares share = Shares::Zero();
+  share.leftCols(n) = motion.share;
   if (share != Shares::Identity())
   {
     cell.hanging = static_cast<int>(shares.size());
@@ -249,9 +236,7 @@ template <int dim>
 void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing)
 {
   const std::vector<OverlapLink> &list = links.links();
-  std::vector<int> column(mesh.n_nodes(), -1), number(mesh.n_cells(), -1), count;
-  for (int a = 0; a < links.n_window(); ++a)
-    column[links.window()[a]] = a;
+  std::vector<int> number(mesh.n_cells(), -1), count;
   all_cells.clear();
   shares.clear();
   for (const OverlapLink &link : list)
@@ -259,12 +244,12 @@ void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, co
     if (number[link.cell] < 0)
     {
       number[link.cell] = static_cast<int>(all_cells.size());
-      all_cells.push_back(make_cell(link, mesh, column, packing));
+      all_cells.push_back(make_cell(link, links, mesh, packing));
       count.push_back(0);
     }
     ++count[number[link.cell]];
-    for (int c = 0; c < dim; ++c)
-      all_cells[number[link.cell]].blocked = all_cells[number[link.cell]].blocked || link.blocked[c];
+    if (std::any_of(link.blocked.begin(), link.blocked.begin() + dim, [](bool blocked) { return blocked; }))
+      all_cells[number[link.cell]].blocked = true;
   }
 
   int n = 0;

@@ -107,17 +107,16 @@ void OverlapLinks::renew(const dem::Particles &particles, fem::FemSide &fem)
   if (!located)
     locate(fem);
 
-  const auto n_nodes = static_cast<std::size_t>(fem.mesh().n_nodes());
-  std::vector<int> column(n_nodes, -1);
+  column_of.assign(fem.mesh().n_nodes(), -1);
   shown.clear();
   const auto show = [&](int node)
   {
-    if (column[node] < 0)
+    if (column_of[node] < 0)
     {
-      column[node] = static_cast<int>(shown.size());
+      column_of[node] = static_cast<int>(shown.size());
       shown.push_back(node);
     }
-    return column[node];
+    return column_of[node];
   };
   if (which == WindowNodes::all)
     for (const Row &row : rows)

@@ -68,6 +68,7 @@ public:
   const std::vector<int> &window() const { return shown; } ///< nodes of the mesh, those of the links first
   int n_window() const { return static_cast<int>(shown.size()); }
   int n_carriers() const { return n_nodes_of_links; }
+  const std::vector<int> &columns() const { return column_of; } ///< of the window, by node of the mesh; -1: not shown
 
   /// value of the particle - sum_a N_a value of node a
   template <typename ParticleValues>
@@ -112,7 +113,7 @@ private:
   std::vector<int> row_of; // by index in the packing: place among the rows, -1 for particles that are not tied
   std::vector<OverlapLink> list;
   std::function<std::vector<int>(int)> nodes_around;
-  std::vector<int> shown;
+  std::vector<int> shown, column_of;
   int n_nodes_of_links = 0;
   bool stale = true, located = true;
   std::uint64_t order = 0;

@@ -100,12 +100,9 @@ void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &parti
       for (std::size_t k = 0; k < lanes.size(); ++k)
         springs.fluctuation[k][c][s] = lanes[k];
     }
-  std::vector<int> column(fem.mesh().n_nodes(), -1);
-  for (int a = 0; a < links.n_window(); ++a)
-    column[links.window()[a]] = a;
   gradient_rows.clear();
   for (int a = 0; a < links.n_carriers(); ++a)
-    gradient_rows.add(corrector->gradient().at(links.window()[a]), column);
+    gradient_rows.add(corrector->gradient().at(links.window()[a]), links.columns());
 }
 
 template <int dim>
@@ -192,8 +189,8 @@ void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
     LinkLanes turned[dim][dim] = {};
     springs.cells.places(cell, node_displacement, corner);
     if constexpr (corrected)
+    {
       springs.cells.coefficients(cell, node_strain, strain);
-    if constexpr (corrected)
       for (int c = 0; c < dim; ++c)
         for (int d = 0; d < dim; ++d)
         {
@@ -202,6 +199,7 @@ void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
             sum += node_gradient(dim * c + d, cell.node[a]);
           turn[c][d] = (c == d) + sum / corners;
         }
+    }
     const int begin = k;
     for (; k < cell.end; ++k)
     {

@@ -101,14 +101,11 @@ double limit_of_overlap_around(const std::vector<int> &cells, const Case &settin
 std::vector<int> cells_in_the_middle(const fem::Mesh &mesh, double reach)
 {
   const Eigen::Vector3d lower = mesh.nodes.rowwise().minCoeff(), upper = mesh.nodes.rowwise().maxCoeff();
-  int nearest = 0;
+  Eigen::Vector3d middle = cell_centre(mesh, 0); // of the nearest cell: a mesh may have a hole there
+  const auto distance = [&](const Eigen::Vector3d &place) { return (place - 0.5 * (lower + upper)).norm(); };
   for (int cell = 1; cell < mesh.n_cells(); ++cell)
-  {
-    const auto distance = [&](int k) { return (cell_centre(mesh, k) - 0.5 * (lower + upper)).norm(); };
-    if (distance(cell) < distance(nearest))
-      nearest = cell;
-  }
-  const Eigen::Vector3d middle = cell_centre(mesh, nearest);
+    if (const Eigen::Vector3d centre = cell_centre(mesh, cell); distance(centre) < distance(middle))
+      middle = centre;
   return cells_inside(mesh, {Box{middle.array() - reach, middle.array() + reach}});
 }
 
@@ -193,13 +190,17 @@ StableSteps elastic_steps(const Case &settings, Mode mode, fem::FemSide &fem, co
                      " particle diameters, too few particles for means around nodes; give at least 1.5, or another "
                      "Coupling/Method than multipliers");
   const double sides = std::min(steps.fem, steps.dem);
-  if (const std::vector<int> cells = cells_inside(fem.mesh(), settings.fixed_region); mode == Mode::fixed && !cells.empty())
+  const auto solve_overlap = [&](const std::vector<int> &cells, double largest)
   {
-    steps.overlap = undamped_share * limit_of_overlap_around(cells, settings, fem, packing, sides, comm);
+    steps.overlap = undamped_share * limit_of_overlap_around(cells, settings, fem, packing, largest, comm);
     if (!(steps.overlap > 0.))
       throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
                        " is unstable at any time step in this overlap, give less");
-    steps.elastic = std::min(sides, steps.overlap);
+    steps.elastic = std::min(largest, steps.overlap);
+  };
+  if (const std::vector<int> cells = cells_inside(fem.mesh(), settings.fixed_region); mode == Mode::fixed && !cells.empty())
+  {
+    solve_overlap(cells, sides);
     return steps;
   }
   // (dt/sides)^2 4 + ties(dt) = 4, by bisection; a weight at the end of the overlap is about d/(2 L_o).
@@ -212,13 +213,9 @@ StableSteps elastic_steps(const Case &settings, Mode mode, fem::FemSide &fem, co
   }
   steps.elastic = lower;
   if (settings.constraint == ConstraintMethod::penalty)
-  {
     // The lightest particle that comes to lie at the end of an overlap decides. An overlap in the middle stands for those to
     // come.
-    const std::vector<int> cells = cells_in_the_middle(fem.mesh(), settings.overlap_width);
-    steps.overlap = undamped_share * limit_of_overlap_around(cells, settings, fem, packing, lower, comm);
-    steps.elastic = std::min(lower, steps.overlap);
-  }
+    solve_overlap(cells_in_the_middle(fem.mesh(), settings.overlap_width), lower);
   return steps;
 }
 

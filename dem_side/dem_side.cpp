@@ -101,7 +101,7 @@ struct DemSide::Engine
   void update_masses();
   void notice_leavers();
   void stop_if_overstretched() const;
-  void check_periodic_sides(double reach) const;
+  void check_periodic_sides() const;
   double ghost_reach() const;
   void share_out(const std::vector<NewParticle> &particles);
 };
@@ -139,8 +139,7 @@ DemSide::Engine::Engine(const Settings &s)
   : settings(s), packing(*s.packing), box(engine_box(s)), stored_bonds(packing), lmp(make_liggghts(s.comm)),
     weights(Eigen::VectorXd::Ones(packing.size())), active(packing.size(), 0), was_active(packing.size(), 0)
 {
-  const double reach = list_reach(packing, s.bond);
-  check_periodic_sides(reach);
+  check_periodic_sides();
   command(*lmp, "units si");
   command(*lmp, "dimension ", packing.dim);
   command(*lmp, "atom_style granular");
@@ -153,7 +152,7 @@ DemSide::Engine::Engine(const Settings &s)
           box.lower.z(), ' ', box.upper.z(), " units box");
   command(*lmp, "create_box 1 domain");
   command(*lmp, "neighbor ", list_skin(packing), " bin");
-  command(*lmp, "neigh_modify delay 0 every 1 check yes binsize ", bin, " contact_distance_factor ", reach);
+  command(*lmp, "neigh_modify delay 0 every 1 check yes binsize ", bin, " contact_distance_factor ", list_reach(packing, s.bond));
   style = RockBondStyle::install(*lmp, {&packing, &stored_bonds, s.bond, s.time_step, s.local_damping});
   command(*lmp, "timestep ", s.time_step);
   command(*lmp, "fix motion all nve/sphere"); // in the plane nothing has a part along z that enforce2d would have to remove
@@ -167,9 +166,9 @@ DemSide::Engine::Engine(const Settings &s)
 }
 
 /// LIGGGHTS tells pairs by their tags: no particle may see two images of another one.
-void DemSide::Engine::check_periodic_sides(double reach) const
+void DemSide::Engine::check_periodic_sides() const
 {
-  const double least = 2. * (reach * 2. * packing.radii.maxCoeff() + list_skin(packing));
+  const double least = 2. * ghost_reach();
   for (int c = 0; c < packing.dim; ++c)
     if (packing.periodic[c] > 0. && packing.periodic[c] <= least)
     {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <functional>
 #include <memory>
@@ -150,14 +149,15 @@ struct Mesh
 
   int n_cells() const { return static_cast<int>(cells.cols()); }
   int n_nodes() const { return static_cast<int>(nodes.cols()); }
-  /// Null: the node has freedom of its own.
-  const SlaveNode *slave(int node) const
-  {
-    const auto found =
-      std::lower_bound(slaves.begin(), slaves.end(), node, [](const SlaveNode &slave, int n) { return slave.node < n; });
-    return found != slaves.end() && found->node == node ? &*found : nullptr;
-  }
 };
+
+/// How the corners of a cell move: by the nodes that have freedom of their own.
+struct CellMotion
+{
+  std::vector<int> nodes; ///< the corners in their order, with masters in place of slaves; each once
+  Eigen::MatrixXd share;  ///< of the motion of each corner (row) that each of the nodes gives
+};
+CellMotion cell_motion(const Mesh &mesh, int cell);
 
 /// A point of the reference configuration seen by its cell: u(X) = sum_a N_a u_a, grad u = sum_a u_a (x) dN_a. The nodes are
 /// those of the cell with their masters in place of slaves, so that mass and forces never meet a slave.

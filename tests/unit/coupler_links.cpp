@@ -106,3 +106,30 @@ TEST(LinkCells, AgreeWithShapeFunctionsInSpace)
 {
   compare_with_shape_functions<3>();
 }
+
+// A window may show nodes around those of the links. What is kept for the nodes of the links alone must not be looked up there,
+// not even times zero.
+TEST(LinkCells, TakeNoNodesThatNoLinkHas)
+{
+  const auto side = refined_side<2>();
+  dem::Packing packing;
+  packing.positions.resize(3, 1);
+  packing.positions.col(0) << 3.5 * h, 0., 0.; // on a side: the upper corners of its cell do not carry it
+  packing.radii = Eigen::VectorXd::Constant(1, 0.1 * h);
+  test::DummyParticles particles(packing.positions);
+  OverlapLinks links(packing, WindowNodes::own, MPI_COMM_WORLD);
+  std::vector<int> around;
+  for (int node = 0; node < side->mesh().n_nodes(); ++node)
+    if (side->mesh().nodes(0, node) > 2.5 * h) // where no node hangs
+      around.push_back(node);
+  links.widen([&](int) { return around; });
+  links.set_particles(std::vector<TiedParticle>(1, TiedParticle{0}));
+  links.update(particles.view(), *side);
+  ASSERT_EQ(links.n_carriers(), 2);
+  ASSERT_EQ(links.n_window(), static_cast<int>(around.size()));
+  LinkCells<2> cells;
+  cells.assign(links, side->mesh(), packing);
+  ASSERT_EQ(cells.cells().size(), 1u);
+  for (const int node : cells.cells()[0].node)
+    EXPECT_LT(node, links.n_carriers());
+}
