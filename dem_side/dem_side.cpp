@@ -152,7 +152,8 @@ DemSide::Engine::Engine(const Settings &s)
           box.lower.z(), ' ', box.upper.z(), " units box");
   command(*lmp, "create_box 1 domain");
   command(*lmp, "neighbor ", list_skin(packing), " bin");
-  command(*lmp, "neigh_modify delay 0 every 1 check yes binsize ", bin, " contact_distance_factor ", list_reach(packing, s.bond));
+  command(*lmp, "neigh_modify delay 0 every 1 check yes binsize ", bin, " contact_distance_factor ",
+          list_reach(packing, s.bond));
   style = RockBondStyle::install(*lmp, {&packing, &stored_bonds, s.bond, s.time_step, s.local_damping});
   command(*lmp, "timestep ", s.time_step);
   command(*lmp, "fix motion all nve/sphere"); // in the plane nothing has a part along z that enforce2d would have to remove
