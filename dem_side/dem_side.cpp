@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/dem_side.h"
 
+#include "dem_side/bond_weight.h"
 #include "dem_side/liggghts_instance.h"
 #include "dem_side/rock_bond_style.h"
 #include "dem_side/slabs.h"
@@ -297,12 +298,13 @@ void DemSide::Engine::update_masses()
   for (int i = 0; i < atom.nlocal + atom.nghost; ++i)
   {
     const int particle = atom.tag[i] - 1;
+    const double radius = packing.radii[particle], weighted = weighted_radius(radius, weights[particle]);
     double sum = 0.;
     int n = 0;
     for (const int j : stored_bonds.partners_of(particle))
       if (active[j])
       {
-        sum += 0.5 * (weights[particle] + weights[j]);
+        sum += bond_weight(weighted, weighted_radius(packing.radii[j], weights[j]), radius, packing.radii[j]);
         ++n;
       }
     atom.rmass[i] = settings.density * packing.volume(particle) * (n > 0 ? sum / n : weights[particle]);

@@ -138,9 +138,9 @@ public:
   void remove(const std::vector<int> &particles);
 
   /// DE weight in [0, 1] of every particle of the store (only those of active particles are read; zero at the outer end of an
-  /// overlap, for a particle that is bonded to one with weight). A contact has the mean
-  /// weight of its two particles; a particle's mass is its full mass times the mean weight of its stored bonds to active
-  /// particles, which keeps its frequency below that of the unweighted pack. Follow with setup() or compute_forces().
+  /// overlap, for a particle that is bonded to one with weight). A contact has the
+  /// weight of its point, see bond_weight(); a particle's mass is its full mass times the mean weight of its stored bonds to
+  /// active particles, which keeps its frequency below that of the unweighted pack. Follow with setup() or compute_forces().
   void set_weights(const Eigen::VectorXd &weight);
 
   /// Exchanges, builds lists, creates pending bonds and computes all forces at the present positions without a step.

@@ -117,7 +117,8 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
     if constexpr (dim == 3) // in two dimensions the rows that are soon needed are in the cache anyway
       prefetch<damped>(rows, batches[std::min(k + 8, batches.size() - 1)].second);
     const auto first = gather<damped>(rows, batch.first), second = gather<damped>(rows, batch.second);
-    const auto pair = law::make_pair<dim, Lanes>(first.position, second.position, first.radius, second.radius);
+    const auto pair =
+      law::make_pair<dim, Lanes>(first.position, second.position, first.weighted_radius, second.weighted_radius);
     law::Vector<dim, Lanes> normal_first = first.turn * batch.normal, normal_second = second.turn * batch.normal;
     auto strain = law::bond_strain<dim, Lanes>(pair, batch.rest_length, normal_first, normal_second);
     if (step)
@@ -138,8 +139,9 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
         continue;
       }
     }
-    // The length as the sum: it is zero in idle lanes.
-    overstretched |= ~(strain.elongation + batch.rest_length < Lanes(reach) * (first.radius + second.radius));
+    // Both sides times the weight, which is zero in idle lanes.
+    overstretched |= ~(batch.weight * (strain.elongation + batch.rest_length) <
+                       Lanes(reach) * (first.weighted_radius + second.weighted_radius));
 
     const auto elastic =
       law::bond_load<dim, Lanes>(pair, strain, batch.rest_length, normal_first, normal_second, bond, batch.weight);

@@ -2,6 +2,7 @@
 #include "dem_side/network_operator.h"
 
 #include "dem_side/bond_kinematics.h"
+#include "dem_side/bond_weight.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -27,16 +28,18 @@ NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stor
     {
       if (!active[j])
         continue;
-      const double bond_weight = 0.5 * (weight[i] + weight[j]);
-      sum += bond_weight;
+      const double radius = packing.radii[i], other_radius = packing.radii[j], weighted = weighted_radius(radius, weight[i]),
+                   other_weighted = weighted_radius(other_radius, weight[j]);
+      const double of_bond = bond_weight(weighted, other_weighted, radius, other_radius);
+      sum += of_bond;
       ++n;
       const auto other = std::lower_bound(particles.begin() + p, particles.end(), j);
       if (j < i || other == particles.end() || *other != j)
         continue;
       const Eigen::Vector3d branch = packing.shortest(packing.positions.col(j) - packing.positions.col(i));
-      const double length = branch.norm(), lever = length * packing.radii[i] / (packing.radii[i] + packing.radii[j]);
+      const double length = branch.norm(), lever = length * weighted / (weighted + other_weighted);
       bonds.push_back({dofs * p, dofs * static_cast<int>(other - particles.begin()), branch / length, lever, length - lever,
-                       bond_weight * material.k_n, bond_weight * material.k_t});
+                       of_bond * material.k_n, of_bond * material.k_t});
     }
     const double mass = material.density * packing.volume(i) * (n > 0 ? sum / n : weight[i]);
     inertia.segment(dofs * p, dim).setConstant(mass);

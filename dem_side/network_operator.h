@@ -19,7 +19,7 @@ public:
   };
 
   /// @param particles indices in the packing, ascending. @param active by index: who is there; bonds to others do not count.
-  /// @param weight by index; a bond has the mean weight of its ends.
+  /// @param weight by index; see bond_weight().
   NetworkOperator(const Packing &packing, const StoredBonds &stored_bonds, const Material &material,
                   const std::vector<int> &particles, const std::vector<char> &active, const Eigen::VectorXd &weight);
 

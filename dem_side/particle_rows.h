@@ -44,13 +44,13 @@ template <>
 struct alignas(64) ParticleRow<2>
 {
   law::Vector<2> position;
-  double radius, cosine;
+  double weighted_radius, cosine;
   double sine;
   law::Spin<2> spin;
   law::Vector<2> velocity;
   law::Vector<2> force; ///< without the viscous part
   law::Spin<2> torque;
-  double weight;
+  double radius;
   law::Vector<2> damping_force;
   law::Spin<2> damping_torque;
   double mass;
@@ -63,10 +63,10 @@ template <>
 struct alignas(64) ParticleRow<3>
 {
   law::Vector<3> position;
-  double radius;
+  double weighted_radius;
   double quaternion[4]; ///< (w, x, y, z)
   law::Spin<3> spin;
-  double weight;
+  double radius;
   law::Vector<3> velocity;
   double mass;
   law::Vector<3> force; ///< without the viscous part
@@ -98,7 +98,7 @@ struct RowLanes
 {
   law::Vector<dim, Lanes> position, velocity;
   law::Spin<dim, Lanes> spin;
-  Lanes radius;
+  Lanes weighted_radius;
   Turn<dim, Lanes> turn;
 };
 
@@ -149,7 +149,7 @@ template <bool moving>
   const auto a = detail::gather_group(rows, index, 0), q = detail::gather_group(rows, index, 1);
   RowLanes<3> lanes;
   lanes.position = {a[0], a[1], a[2]};
-  lanes.radius = a[3];
+  lanes.weighted_radius = a[3];
   lanes.turn = {q[0], {q[1], q[2], q[3]}};
   if constexpr (moving)
   {

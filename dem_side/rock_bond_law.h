@@ -61,8 +61,8 @@ template <typename Real>
   return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(), a.x() * b.y() - a.y() * b.x()};
 }
 
-/// Two particles, seen from the first one. Branches end at the contact point and share the distance like the radii, which is
-/// what keeps a bond of unequal particles free of force when the pair turns as a rigid body.
+/// Two particles, seen from the first one. Branches end at the contact point and make up the distance, which is what keeps a
+/// bond of unequal particles free of force when the pair turns as a rigid body.
 template <int dim, typename Real = double>
 struct Pair
 {
@@ -72,6 +72,7 @@ struct Pair
   Real share_second;        ///< branch of the second particle / distance [-]
 };
 
+/// Branches are like @p radius_from to @p radius_to; for bonds these are weighted_radius().
 template <int dim, typename Real = double>
 [[gnu::always_inline]] inline Pair<dim, Real> make_pair(const Vector<dim, Real> &from, const Vector<dim, Real> &to,
                                                         const Real &radius_from, const Real &radius_to)

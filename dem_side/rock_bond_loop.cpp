@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/rock_bond_loop.h"
 
+#include "dem_side/bond_weight.h"
+
 #include <atom.h>
 #include <cstring>
 #include <neighbor.h>
@@ -109,7 +111,7 @@ void RockBondLoop<dim>::load_constants()
     rows[i].position = vector<dim>(atom.x[i]);
     rows[i].radius = atom.radius[i];
     rows[i].mass = atom.rmass[i];
-    rows[i].weight = weight()[i];
+    rows[i].weighted_radius = weighted_radius(atom.radius[i], weight()[i]);
   }
 }
 
@@ -259,7 +261,7 @@ void RockBondLoop<dim>::add_pair_loads(bool step)
 template <int dim>
 typename RockBondLoop<dim>::OrderedPair RockBondLoop<dim>::ordered(int i, int j) const
 {
-  const double weight = 0.5 * (rows[i].weight + rows[j].weight);
+  const double weight = bond_weight(rows[i].weighted_radius, rows[j].weighted_radius, rows[i].radius, rows[j].radius);
   if (j < lmp.atom->nlocal)
     return {i, j, 1., 1., weight};
   if (lmp.atom->tag[i] < lmp.atom->tag[j])
@@ -282,10 +284,17 @@ law::Pair<dim> RockBondLoop<dim>::geometry(const OrderedPair &pair) const
 }
 
 template <int dim>
+law::Pair<dim> RockBondLoop<dim>::bond_geometry(const OrderedPair &pair) const
+{
+  const Row &first = rows[pair.first], &second = rows[pair.second];
+  return law::make_pair<dim>(first.position, second.position, first.weighted_radius, second.weighted_radius);
+}
+
+template <int dim>
 law::BondStrain<dim> RockBondLoop<dim>::bond_strain(const OrderedPair &pair, const PairHistory &history) const
 {
   const Vector normal = pair.sign * vector<dim>(history.vector);
-  return law::bond_strain<dim>(geometry(pair), history.rest_length, rows[pair.first].turn() * normal,
+  return law::bond_strain<dim>(bond_geometry(pair), history.rest_length, rows[pair.first].turn() * normal,
                                rows[pair.second].turn() * normal);
 }
 
@@ -295,7 +304,7 @@ double RockBondLoop<dim>::bond_power(const OrderedPair &pair, const law::BondStr
 {
   const Row &first = rows[pair.first], &second = rows[pair.second];
   const Vector normal = pair.sign * vector<dim>(history.vector);
-  const auto load = law::bond_load<dim>(geometry(pair), strain, history.rest_length, Vector(first.turn() * normal),
+  const auto load = law::bond_load<dim>(bond_geometry(pair), strain, history.rest_length, Vector(first.turn() * normal),
                                         Vector(second.turn() * normal), parameters.bond, pair.weight);
   return load.force.dot(first.velocity - second.velocity) + load.torque_first.dot(first.spin) +
          load.torque_second.dot(second.spin);

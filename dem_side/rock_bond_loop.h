@@ -73,6 +73,7 @@ private:
   OrderedPair ordered(int i, int j) const;
   LoosePair loose(const OrderedPair &pair, PairHistory &history, int &flag) const;
   law::Pair<dim> geometry(const OrderedPair &pair) const;
+  law::Pair<dim> bond_geometry(const OrderedPair &pair) const; ///< with the branches of a weighted bond
   law::BondStrain<dim> bond_strain(const OrderedPair &pair, const PairHistory &history) const;
   /// Of the springs of an intact bond on its particles at the velocities of the step, weighted [W].
   double bond_power(const OrderedPair &pair, const law::BondStrain<dim> &strain, const PairHistory &history) const;

@@ -80,6 +80,33 @@ TEST(DemInsertion, UniformStrainLeavesTheInsideInEquilibrium)
   }
 }
 
+// The torque on a particle is its weight times that without weights, whatever the weights of its partners; with weights of the
+// bonds only, it would be some tenths of a bond's moment here.
+TEST(DemInsertion, MomentsOfUniformStrainBalanceWithAnyWeights)
+{
+  for (const Packing &packing : {triangular_lattice(20, 20, 5e-4), fcc_lattice(4, 5e-4)})
+  {
+    const Settings s = settings(packing);
+    DemSide dem(s);
+    dem.insert(strained(packing));
+    Eigen::VectorXd weight(packing.size());
+    for (int i = 0; i < packing.size(); ++i)
+      weight[i] = std::clamp(0.5 + noise(i), 0., 1.);
+    dem.set_weights(weight);
+    dem.setup({});
+    const Eigen::Matrix3Xd force = gather(dem, packing, Quantity::force), torque = gather(dem, packing, Quantity::torque);
+    const double bond_force = s.bond.k_n * 1e-4 * packing.mean_diameter;
+    double largest_force = 0.;
+    for (int i = 0; i < packing.size(); ++i)
+      if (inside(packing, i, 1.1 * packing.mean_diameter))
+      {
+        largest_force = std::max(largest_force, force.col(i).norm());
+        EXPECT_LT(torque.col(i).norm(), 1e-3 * bond_force * packing.mean_diameter); // second order, see above
+      }
+    EXPECT_GT(largest_force, 0.1 * bond_force); // forces do not balance
+  }
+}
+
 TEST(DemInsertion, CarriesTheStressOfTheProjection)
 {
   Packing packing = two_particles(0.4e-3, 0.6e-3, 1.05e-3); // stored with a gap
