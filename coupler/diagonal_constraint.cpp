@@ -41,14 +41,16 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
 {
   const bool stepping = phase == dem::Phase::step;
   const double dt = settings.time_step;
-  work.begin(phase, particles, fem); // while the window is that of the step before
+  if (stepping)
+    fem.read_window(fem::NodalField::velocity, velocity); // while the window is that of the step before
+  work.begin(phase, particles, velocity);
   const LinkChange change = links.update(particles, fem);
   work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
   if (change == LinkChange::renewed)
     renew(ties, particles, fem);
-
+  if (change == LinkChange::renewed || !stepping)
+    fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::displacement, displacement);
-  fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::force, force);
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
   const double tau = stepping ? dt : 0.5 * dt;
@@ -65,45 +67,47 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
 template <int dim, bool periodic>
 double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
+  using Vectors = LinkVectors<dim>;
   constexpr int corners = LinkCells<dim>::corners;
   const double closing = settings.closing / settings.time_step, rate_of_tau = 1. / tau;
   node_force.setZero(3, links.n_window());
-  LinkLanes power = {}, couple[3] = {};
+  LinkPack power = {};
+  typename Vectors::Couple couple;
   int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
-    double place[dim][corners], v[dim][corners];
+    LinkPack place[corners], v[corners];
     ties.cells.places(cell, displacement, place);
     ties.cells.coefficients(cell, ahead, v);
     const int begin = k;
     for (; k < cell.end; ++k)
     {
       ties.cells.fetch_after(k, particles.position, particles.velocity, particles.force);
+      ties.loads.fetch_after(k);
+      ties.mobility.fetch_after(k);
+      fetch_after(ties.pulled, k);
       const auto &batch = ties.cells.batches()[k];
-      const auto monomials = batch.monomials();
-      const auto inverse_mass = ties.mobility.of(k, cell);
-      const auto position = load_vectors<dim>(particles.position.data(), batch.particle),
-                 own_velocity = load_vectors<dim>(particles.velocity.data(), batch.particle),
-                 own_force = load_vectors<dim>(particles.force.data(), batch.particle);
-      std::array<LinkLanes, dim> gap, force;
-      for (int c = 0; c < dim; ++c)
+      for (int p = 0; p < n_packs<dim>; ++p)
       {
-        gap[c] = value_of(place[c], monomials) - position[c]; // -chi
-        const LinkLanes rate = value_of(v[c], monomials) - own_velocity[c] - tau * inverse_mass[c] * own_force[c];
-        if (periodic && packing.periodic[c] > 0.)
-          wrap_lanes(gap[c], packing.periodic[c]);
-        force[c] = rate_of_tau * ties.pulled[k] * (rate + closing * gap[c]);
-        power += (ties.loads.force[k][c] + force[c]) * own_velocity[c];
-        ties.loads.force[k][c] = force[c];
+        const int *particle = batch.particles(p);
+        const auto xi = batch.place(p);
+        const LinkPack position = Vectors::load(particles.position.data(), particle),
+                       own_velocity = Vectors::load(particles.velocity.data(), particle),
+                       own_force = Vectors::load(particles.force.data(), particle);
+        LinkPack gap = value_of(place, xi) - position; // -chi
+        if (periodic)
+          wrap<dim>(gap, packing.periodic);
+        const LinkPack rate = value_of(v, xi) - own_velocity - tau * ties.mobility.of(k, p, cell) * own_force;
+        const LinkPack force = rate_of_tau * Vectors::spread(ties.pulled[k], p) * (rate + closing * gap);
+        Vectors::store(particles.force.data(), particle, own_force + force);
+        power += ties.loads.exchange(n_packs<dim> * k + p, force) * own_velocity;
+        couple.add(gap, force);
       }
-      add_vectors<dim>(particles.force.data(), batch.particle, force);
-      add_moments(gap, force, couple);
     }
-    for (int c = 0; c < dim; ++c)
-      ties.cells.scatter(
-        cell, begin, [&](int batch) { return -ties.loads.force[batch][c]; }, c, node_force);
+    ties.cells.scatter(
+      cell, begin, [&](int pack) { return ties.loads.of(pack); }, -1., node_force);
   }
-  couples.add(Eigen::Vector3d(sum_of(couple[0]), sum_of(couple[1]), sum_of(couple[2])), displacement, node_force);
+  couples.add(couple.sum(), displacement, node_force);
   return sum_of(power);
 }
 } // namespace kerf

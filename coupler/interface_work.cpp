@@ -3,15 +3,12 @@
 
 namespace kerf
 {
-void InterfaceWork::begin(dem::Phase phase, const dem::Particles &particles, const fem::FemSide &fem)
+void InterfaceWork::begin(dem::Phase phase, const dem::Particles &particles, const Eigen::Matrix3Xd &node_velocity)
 {
   stepping = phase == dem::Phase::step;
   on_particles.begin(phase, particles);
   if (stepping && has_forces)
-  {
-    fem.read_window(fem::NodalField::velocity, node_velocity);
     on_nodes += 0.5 * dt * node_force.cwiseProduct(node_velocity).sum();
-  }
   has_forces = false;
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "coupler/outer_work.h"
-#include "fem_side/fem_side.h"
 
 namespace kerf
 {
@@ -14,7 +13,8 @@ public:
   InterfaceWork(double dt, MPI_Comm comm) : dt(dt), on_particles(dt, comm) {}
 
   /// Before the window changes: counts the forces of the step before over the way to the present positions. Collective.
-  void begin(dem::Phase phase, const dem::Particles &particles, const fem::FemSide &fem);
+  /// @param node_velocity of the window's nodes [m/s], read in steps only
+  void begin(dem::Phase phase, const dem::Particles &particles, const Eigen::Matrix3Xd &node_velocity);
   /// Force [N] and torque [N m] that particle @p i gets now.
   void add(const dem::Particles &particles, int i, const Eigen::Vector3d &force, const Eigen::Vector3d &torque)
   {
@@ -33,6 +33,6 @@ private:
   OuterWork on_particles;
   double on_nodes = 0.;
   bool stepping = false, has_forces = false;
-  Eigen::Matrix3Xd node_force, node_velocity;
+  Eigen::Matrix3Xd node_force;
 };
 } // namespace kerf

@@ -1,46 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/link_lanes.h"
 #include "coupler/overlap_links.h"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <vector>
 
 namespace kerf
 {
-/// Numbers of several links side by side.
-constexpr int n_link_lanes = 4;
-typedef double LinkLanes __attribute__((vector_size(n_link_lanes * sizeof(double))));
-
-inline double sum_of(const LinkLanes &v)
-{
-  return (v[0] + v[1]) + (v[2] + v[3]);
-}
-
-/// sum_of() of each, four at a time.
-template <std::size_t n>
-std::array<double, n> sums_of(const LinkLanes (&v)[n])
-{
-  static_assert(n % 4 == 0 && n_link_lanes == 4);
-  std::array<double, n> sums;
-  for (std::size_t k = 0; k < n; k += 4)
-  {
-    const auto pairs = [&](std::size_t i) -> LinkLanes
-    { return __builtin_shufflevector(v[i], v[i + 1], 0, 4, 2, 6) + __builtin_shufflevector(v[i], v[i + 1], 1, 5, 3, 7); };
-    const LinkLanes first = pairs(k), second = pairs(k + 2);
-    const LinkLanes four =
-      __builtin_shufflevector(first, second, 0, 1, 4, 5) + __builtin_shufflevector(first, second, 2, 3, 6, 7);
-    for (int l = 0; l < 4; ++l)
-      sums[k + l] = four[l];
-  }
-  return sums;
-}
-
 /// From values at the corners to the coefficients of the monomials 1, xi, eta, xi eta, ... (numbered by bits, as corners are).
-template <std::size_t corners>
-void to_coefficients(double (&field)[corners])
+template <typename Value, std::size_t corners>
+[[gnu::always_inline]] inline void to_coefficients(Value (&field)[corners])
 {
   for (std::size_t bit = 1; bit < corners; bit <<= 1)
     for (std::size_t a = 0; a < corners; ++a)
@@ -48,13 +20,40 @@ void to_coefficients(double (&field)[corners])
         field[a] -= field[a ^ bit];
 }
 /// The transpose: from moments with the monomials to the parts of the corners.
-template <std::size_t corners>
-void to_corners(std::array<double, corners> &moments)
+template <typename Value, std::size_t corners>
+[[gnu::always_inline]] inline void to_corners(Value (&moments)[corners])
 {
   for (std::size_t bit = 1; bit < corners; bit <<= 1)
     for (std::size_t a = 0; a < corners; ++a)
       if (a & bit)
         moments[a ^ bit] -= moments[a];
+}
+
+/// The field with these coefficients at places xi in the cell.
+template <typename Coefficient, std::size_t corners, typename Place>
+[[gnu::always_inline]] inline auto value_of(const Coefficient (&coefficient)[corners], const Place &xi)
+{
+  typename Place::value_type part[corners / 2];
+  for (std::size_t m = 0; m < corners / 2; ++m)
+    part[m] = coefficient[2 * m] + xi[0] * coefficient[2 * m + 1];
+  for (std::size_t d = 1; corners >> (d + 1) > 0; ++d)
+    for (std::size_t m = 0; m < corners >> (d + 1); ++m)
+      part[m] = part[2 * m] + xi[d] * part[2 * m + 1];
+  return part[0];
+}
+/// The transpose: adds the moments of what is @p given there.
+template <typename Value, std::size_t corners, typename Place>
+[[gnu::always_inline]] inline void add_moments(const Value &given, const Place &xi, Value (&moments)[corners])
+{
+  Value product[corners]; // given times the monomials
+  product[0] = given;
+  moments[0] += given;
+  for (std::size_t d = 0; 1u << d < corners; ++d)
+    for (std::size_t m = 0; m < 1u << d; ++m)
+    {
+      product[(1u << d) + m] = xi[d] * product[m];
+      moments[(1u << d) + m] += product[(1u << d) + m];
+    }
 }
 
 /// The links of a rank cell by cell, several at once: the nodes of a cell are looked up and pushed once for all of its links.
@@ -65,32 +64,33 @@ class LinkCells
 {
 public:
   static constexpr int corners = 1 << dim;
-  using Monomials = std::array<LinkLanes, corners>;
+  using Vectors = LinkVectors<dim>;
+  using One = typename Vectors::One;
 
   /// Some links of one cell. Lanes that are left over repeat a link; the numbers of lanes_of() are zero there.
-  struct Batch
+  struct alignas(64) Batch
   {
-    LinkLanes xi[dim];
+    std::array<LinkLanes, dim> xi;
     int particle[n_link_lanes];
 
-    [[gnu::always_inline]] Monomials monomials() const
+    /// Of a pack.
+    [[gnu::always_inline]] std::array<LinkPack, dim> place(int number) const
     {
-      Monomials result;
-      result[0] = LinkLanes{} + 1.;
+      std::array<LinkPack, dim> result;
       for (int d = 0; d < dim; ++d)
-        for (int m = 0; m < 1 << d; ++m)
-          result[(1 << d) + m] = m == 0 ? xi[d] : xi[d] * result[m];
+        result[d] = Vectors::spread(xi[d], number);
       return result;
     }
+    [[gnu::always_inline]] const int *particles(int number) const { return particle + Vectors::links * number; }
   };
   /// The batches of a cell stand one after the other.
   struct Cell
   {
+    One place[corners];            ///< of the corners in the reference configuration, not torn by periodic axes [m]
     std::array<int, corners> node; ///< columns of the window; of a cell that hangs the masters
     int end = 0;                   ///< of its batches
     bool blocked = false;          ///< whether one of its links has a direction in which it cannot move
     int hanging = -1;              ///< place among shares of masters
-    double place[dim][corners];    ///< of the corners in the reference configuration, not torn by periodic axes [m]
   };
 
   void assign(const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing);
@@ -103,61 +103,90 @@ public:
   }
 
   const std::vector<Cell> &cells() const { return all_cells; }
+  const std::vector<Batch> &batches() const { return all_batches; }
+  int most_batches() const { return longest; } ///< of a cell
   /// Asks the memory for vectors of the particles of a batch that comes soon after @p batch; they are scattered.
-  template <typename... Vectors>
-  [[gnu::always_inline]] void fetch_after(int batch, const Vectors &...vectors) const
+  template <typename... Arrays>
+  [[gnu::always_inline]] void fetch_after(int batch, const Arrays &...arrays) const
   {
+    kerf::fetch_after(all_batches, batch);
     constexpr int distance = 6;
     if (batch + distance < static_cast<int>(all_batches.size()))
       for (const int i : all_batches[batch + distance].particle)
-        (__builtin_prefetch(vectors.data() + 3 * i), ...);
+        (__builtin_prefetch(arrays.data() + 3 * i), ...);
   }
-  const std::vector<Batch> &batches() const { return all_batches; }
-  int most_batches() const { return longest; } ///< of a cell
 
-  /// Coefficients of rows of a field of the window's nodes: sum_m coefficient_m monomial_m is its value at a link.
+  /// Coefficients of a vector field of the window's nodes, columns of a matrix, for value_of() a pack.
+  template <typename Matrix>
+  [[gnu::always_inline]] void coefficients(const Cell &cell, const Matrix &field, LinkPack (&result)[corners]) const
+  {
+    One values[corners];
+    at_corners(cell, field, values);
+    repeat_coefficients(values, result);
+  }
+  /// Of the places of the finite elements now, which links tie particles to [m].
+  [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement, LinkPack (&result)[corners]) const
+  {
+    One values[corners];
+    places_of_corners(cell, displacement, values);
+    repeat_coefficients(values, result);
+  }
+  /// The transpose: by its moments, @p sign times what the links of a cell give goes to the vectors of the nodes.
+  template <typename Matrix>
+  [[gnu::always_inline]] void scatter(const Cell &cell, const LinkPack (&moments)[corners], double sign, Matrix &&field) const
+  {
+    One part[corners];
+    for (int m = 0; m < corners; ++m)
+      part[m] = sign * Vectors::fold(moments[m]);
+    give_to_masters(cell, part);
+    for (int a = 0; a < corners; ++a)
+    {
+      double *vector = field.data() + field.outerStride() * cell.node[a];
+      Vectors::store_one(vector, Vectors::load_one(vector) + part[a]);
+    }
+  }
+
+  /// given(pack) of the packs of a cell from batch @p begin on, in a loop of its own: the moments stay in registers.
+  template <typename Given, typename Matrix>
+  [[gnu::always_inline]] void scatter(const Cell &cell, int begin, const Given &given, double sign, Matrix &&field) const
+  {
+    LinkPack moments[corners] = {};
+    for (int k = begin; k < cell.end; ++k)
+      for (int p = 0; p < n_packs<dim>; ++p)
+        add_moments(given(n_packs<dim> * k + p), all_batches[k].place(p), moments);
+    scatter(cell, moments, sign, field);
+  }
+
+  /// The same for lanes: of rows of a field.
   template <std::size_t n, typename Field>
   [[gnu::always_inline]] void coefficients(const Cell &cell, const Field &field, double (&result)[n][corners]) const
   {
     for (std::size_t c = 0; c < n; ++c)
     {
-      at_corners(cell, field, c, result[c]);
+      for (int a = 0; a < corners; ++a)
+        result[c][a] = field(c, cell.node[a]);
+      from_masters(cell, result[c]);
       to_coefficients(result[c]);
     }
   }
-  /// Of the places of the finite elements now, which links tie particles to [m].
   [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement,
                                      double (&result)[dim][corners]) const
   {
+    One values[corners];
+    places_of_corners(cell, displacement, values);
+    to_coefficients(values);
     for (int c = 0; c < dim; ++c)
-    {
-      at_corners(cell, displacement, c, result[c]);
-      for (int a = 0; a < corners; ++a)
-        result[c][a] += cell.place[c][a];
-      to_coefficients(result[c]);
-    }
+      for (int m = 0; m < corners; ++m)
+        result[c][m] = values[m][c];
   }
-  /// The transpose: what links give, given(batch), goes to the nodes' values in a row of a field of the window. A loop of
-  /// its own for each row: its sums stay in registers. @p begin: first batch of the cell.
-  template <typename Given, typename Field>
-  [[gnu::always_inline]] void scatter(const Cell &cell, int begin, const Given &given, int row, Field &field) const
+  template <typename Field>
+  [[gnu::always_inline]] void scatter(const Cell &cell, const LinkLanes (&moments)[corners], double sign, int row,
+                                      Field &field) const
   {
-    LinkLanes moments[corners] = {};
-    for (int k = begin; k < cell.end; ++k)
-    {
-      const LinkLanes value = given(k);
-      const Monomials monomials = all_batches[k].monomials();
-      moments[0] += value;
-      for (int m = 1; m < corners; ++m)
-        moments[m] += monomials[m] * value;
-    }
-    std::array<double, corners> part = sums_of(moments);
-    to_corners(part);
-    if (cell.hanging >= 0)
-    {
-      Eigen::Map<CornerValues> values(part.data());
-      values = (shares[cell.hanging].transpose() * values).eval();
-    }
+    double part[corners];
+    for (int m = 0; m < corners; ++m)
+      part[m] = sign * sum_of(moments[m]);
+    give_to_masters(cell, part);
     for (int a = 0; a < corners; ++a)
       field(row, cell.node[a]) += part[a];
   }
@@ -179,19 +208,51 @@ public:
   }
 
 private:
-  using CornerValues = Eigen::Matrix<double, corners, 1>;
-  using Shares = Eigen::Matrix<double, corners, corners>; // row a: of corner a
+  using Shares = std::array<std::array<double, corners>, corners>; // row a: of corner a
 
-  template <typename Field>
-  [[gnu::always_inline]] void at_corners(const Cell &cell, const Field &field, int row, double (&result)[corners]) const
+  template <typename Matrix>
+  [[gnu::always_inline]] void at_corners(const Cell &cell, const Matrix &field, One (&values)[corners]) const
   {
     for (int a = 0; a < corners; ++a)
-      result[a] = field(row, cell.node[a]);
-    if (cell.hanging >= 0)
-    {
-      Eigen::Map<CornerValues> values(result);
-      values = (shares[cell.hanging] * values).eval();
-    }
+      values[a] = Vectors::load_one(field.data() + field.outerStride() * cell.node[a]);
+    from_masters(cell, values);
+  }
+  [[gnu::always_inline]] void places_of_corners(const Cell &cell, const Eigen::Matrix3Xd &displacement,
+                                                One (&values)[corners]) const
+  {
+    at_corners(cell, displacement, values);
+    for (int a = 0; a < corners; ++a)
+      values[a] += cell.place[a];
+  }
+  [[gnu::always_inline]] static void repeat_coefficients(One (&values)[corners], LinkPack (&result)[corners])
+  {
+    to_coefficients(values);
+    for (int m = 0; m < corners; ++m)
+      result[m] = Vectors::repeat(values[m]);
+  }
+  template <typename Value>
+  [[gnu::always_inline]] void from_masters(const Cell &cell, Value (&values)[corners]) const
+  {
+    if (cell.hanging < 0)
+      return;
+    Value corner[corners] = {};
+    for (int a = 0; a < corners; ++a)
+      for (int m = 0; m < corners; ++m)
+        corner[a] += shares[cell.hanging][a][m] * values[m];
+    std::copy(corner, corner + corners, values);
+  }
+  /// From moments to what the masters get.
+  template <typename Value>
+  [[gnu::always_inline]] void give_to_masters(const Cell &cell, Value (&part)[corners]) const
+  {
+    to_corners(part);
+    if (cell.hanging < 0)
+      return;
+    Value master[corners] = {};
+    for (int a = 0; a < corners; ++a)
+      for (int m = 0; m < corners; ++m)
+        master[m] += shares[cell.hanging][a][m] * part[a];
+    std::copy(master, master + corners, part);
   }
   Cell make_cell(const OverlapLink &link, const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing);
 
@@ -213,8 +274,7 @@ typename LinkCells<dim>::Cell LinkCells<dim>::make_cell(const OverlapLink &link,
   for (int a = 0; a < corners; ++a)
   {
     const Eigen::Vector3d place = origin + packing.shortest(mesh.nodes.col(mesh.cells(a, link.cell)) - origin);
-    for (int c = 0; c < dim; ++c)
-      cell.place[c][a] = place[c];
+    cell.place[a] = Vectors::load_one(place.data());
   }
   const fem::CellMotion motion = fem::cell_motion(mesh, link.cell);
   const int n = static_cast<int>(motion.nodes.size());
@@ -222,9 +282,15 @@ typename LinkCells<dim>::Cell LinkCells<dim>::make_cell(const OverlapLink &link,
   for (int m = 0; m < n; ++m)
     if (const int column = links.columns()[motion.nodes[m]]; column >= 0 && column < links.n_carriers())
       cell.node[m] = column;
-  Shares share = Shares::Zero();
-  share.leftCols(n) = motion.share;
-  if (share != Shares::Identity())
+  Shares share{};
+  bool hangs = false;
+  for (int a = 0; a < corners; ++a)
+    for (int m = 0; m < corners; ++m)
+    {
+      share[a][m] = m < n ? motion.share(a, m) : 0.;
+      hangs = hangs || share[a][m] != (a == m);
+    }
+  if (hangs)
   {
     cell.hanging = static_cast<int>(shares.size());
     shares.push_back(share);
@@ -279,17 +345,6 @@ void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, co
   renumber(links);
 }
 
-/// A field at the links of a batch.
-template <std::size_t corners>
-[[gnu::always_inline]] inline LinkLanes value_of(const double (&coefficient)[corners],
-                                                 const std::array<LinkLanes, corners> &monomials)
-{
-  LinkLanes value = monomials[1] * coefficient[1] + coefficient[0];
-  for (std::size_t m = 2; m < corners; ++m)
-    value += monomials[m] * coefficient[m];
-  return value;
-}
-
 /// 1/m of the links' particles, 0 in directions in which one cannot move [1/kg].
 template <int dim>
 class Mobility
@@ -301,80 +356,24 @@ public:
     for (int axis = 0; axis < dim; ++axis)
       is_free[axis] = cells.lanes_of([&](std::size_t k) { return links.links()[k].blocked[axis] ? 0. : 1.; });
   }
-  [[gnu::always_inline]] std::array<LinkLanes, dim> of(int batch, const typename LinkCells<dim>::Cell &cell) const
+  [[gnu::always_inline]] void fetch_after(int batch) const { kerf::fetch_after(inverse_mass, batch); }
+  /// Of pack @p number of a batch.
+  [[gnu::always_inline]] LinkPack of(int batch, int number, const typename LinkCells<dim>::Cell &cell) const
   {
-    std::array<LinkLanes, dim> result;
-    result.fill(inverse_mass[batch]);
-    if (cell.blocked) // few are, the rest is not read
-      for (int c = 0; c < dim; ++c)
-        result[c] *= is_free[c][batch];
-    return result;
+    const LinkPack result = LinkVectors<dim>::spread(inverse_mass[batch], number);
+    return __builtin_expect(cell.blocked, false) ? blocked(result, batch, number) : result; // few are, the rest is not read
   }
 
 private:
+  [[gnu::noinline]] LinkPack blocked(LinkPack mobility, int batch, int number) const
+  {
+    using Vectors = LinkVectors<dim>;
+    for (int l = 0; l < Vectors::links; ++l)
+      for (int c = 0; c < dim; ++c)
+        mobility[Vectors::components * l + c] *= is_free[c][batch][Vectors::links * number + l];
+    return mobility;
+  }
+
   std::vector<LinkLanes> inverse_mass, is_free[dim];
 };
-
-/// One component of vectors of three components a particle, of the particles of a batch.
-[[gnu::always_inline]] inline LinkLanes load_lanes(const double *values, const int *particle, int component)
-{
-  return LinkLanes{values[3 * particle[0] + component], values[3 * particle[1] + component],
-                   values[3 * particle[2] + component], values[3 * particle[3] + component]};
-}
-/// Adds to them; lanes that repeat a particle must be zero.
-[[gnu::always_inline]] inline void add_lanes(double *values, const int *particle, int component, const LinkLanes &lanes)
-{
-  for (int l = 0; l < n_link_lanes; ++l)
-    values[3 * particle[l] + component] += lanes[l];
-}
-/// The first two components of a particle, at once.
-typedef double LinkPair __attribute__((vector_size(2 * sizeof(double)), aligned(alignof(double))));
-/// All components that move in @p dim dimensions.
-template <int dim>
-[[gnu::always_inline]] inline std::array<LinkLanes, dim> load_vectors(const double *values, const int *particle)
-{
-  const auto pair = [&](int l) -> LinkPair { return *reinterpret_cast<const LinkPair *>(values + 3 * particle[l]); };
-  const LinkLanes even = __builtin_shufflevector(pair(0), pair(2), 0, 1, 2, 3),
-                  odd = __builtin_shufflevector(pair(1), pair(3), 0, 1, 2, 3);
-  std::array<LinkLanes, dim> result;
-  result[0] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
-  result[1] = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
-  if constexpr (dim == 3)
-    result[2] = load_lanes(values, particle, 2);
-  return result;
-}
-template <int dim>
-[[gnu::always_inline]] inline void add_vectors(double *values, const int *particle, const std::array<LinkLanes, dim> &lanes)
-{
-  const LinkLanes even = __builtin_shufflevector(lanes[0], lanes[1], 0, 4, 2, 6),
-                  odd = __builtin_shufflevector(lanes[0], lanes[1], 1, 5, 3, 7);
-  const auto add = [&](int l, double x, double y) {
-    *reinterpret_cast<LinkPair *>(values + 3 * particle[l]) += LinkPair{x, y};
-  };
-  add(0, even[0], even[1]);
-  add(1, odd[0], odd[1]);
-  add(2, even[2], even[3]);
-  add(3, odd[2], odd[3]);
-  if constexpr (dim == 3)
-    add_lanes(values, particle, 2, lanes[2]);
-}
-/// couple += chi x force, of the axes that a body turns about.
-[[gnu::always_inline]] inline void add_moments(const std::array<LinkLanes, 2> &chi, const std::array<LinkLanes, 2> &force,
-                                               LinkLanes (&couple)[3])
-{
-  couple[2] += chi[0] * force[1] - chi[1] * force[0];
-}
-[[gnu::always_inline]] inline void add_moments(const std::array<LinkLanes, 3> &chi, const std::array<LinkLanes, 3> &force,
-                                               LinkLanes (&couple)[3])
-{
-  couple[0] += chi[1] * force[2] - chi[2] * force[1];
-  couple[1] += chi[2] * force[0] - chi[0] * force[2];
-  couple[2] += chi[0] * force[1] - chi[1] * force[0];
-}
-/// The nearest image, where space repeats itself after @p period [m].
-inline void wrap_lanes(LinkLanes &chi, double period)
-{
-  for (int l = 0; l < n_link_lanes; ++l)
-    chi[l] -= period * std::round(chi[l] / period);
-}
 } // namespace kerf

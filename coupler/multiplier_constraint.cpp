@@ -68,12 +68,9 @@ void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particle
   ties.viscosity = ties.cells.lanes_of(
     [&](std::size_t k)
     { return settings.relaxation / settings.time_step * share_of_fluctuation(k) * particles.mass[list[k].particle]; });
-  const std::size_t n = ties.cells.batches().size();
   ties.mobility.assign(ties.cells, links, particles);
   for (auto *values : {&ties.gap, &ties.velocity, &ties.relaxed})
-    values->resize(n);
-  for (auto *values : {&ties.ahead, &ties.held})
-    values->resize(ties.cells.most_batches());
+    values->resize(n_packs<dim> * ties.cells.batches().size());
   ties.loads.renew(ties.cells, particles);
   build_equations(ties, particles, fem);
   couples.renew(fem.mesh(), links.window(), inverse_node_mass);
@@ -133,15 +130,17 @@ template <int dim>
 void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
   const bool stepping = phase == dem::Phase::step;
-  work.begin(phase, particles, fem); // while the window is that of the step before
+  if (stepping)
+    fem.read_window(fem::NodalField::velocity, velocity); // while the window is that of the step before
+  work.begin(phase, particles, velocity);
   const LinkChange change = links.update(particles, fem);
   const double dt = settings.time_step;
   work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
   if (change == LinkChange::renewed)
     renew(ties, particles, fem);
-
+  if (change == LinkChange::renewed || !stepping)
+    fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::displacement, displacement);
-  fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::force, force);
   // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
   const double tau = stepping ? dt : 0.5 * dt;
@@ -150,7 +149,7 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
   const double power = scatter_forces(ties, particles);
   reaction = node_force;
   if (rank == 0)
-    reaction.topRows<dim>() += sums.middleRows<dim>(2 * dim);
+    reaction += sums.middleRows<3>(6);
   if (stepping)
     work.add_energy(0.5 * dt * power);
   fem.add_window_forces(reaction);
@@ -163,54 +162,48 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
 template <int dim, bool periodic>
 void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
+  using Vectors = LinkVectors<dim>;
   constexpr int corners = LinkCells<dim>::corners;
   const double closing = drift_share / settings.time_step;
-  sums.setZero(3 * dim, links.n_window());
-  LinkLanes energy = {};
+  sums.setZero(9, links.n_window());
+  LinkPack energy = {};
   int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
-    double place[dim][corners], v[dim][corners];
+    LinkPack place[corners], v[corners], momentum[corners] = {}, damping[corners] = {}, holding[corners] = {};
     ties.cells.places(cell, displacement, place);
     ties.cells.coefficients(cell, velocity, v);
-    const int begin = k;
     for (; k < cell.end; ++k)
     {
       ties.cells.fetch_after(k, particles.position, particles.velocity, particles.force);
       const auto &batch = ties.cells.batches()[k];
-      const auto monomials = batch.monomials();
-      const auto inverse_mass = ties.mobility.of(k, cell);
-      const auto position = load_vectors<dim>(particles.position.data(), batch.particle),
-                 own_velocity = load_vectors<dim>(particles.velocity.data(), batch.particle),
-                 own_force = load_vectors<dim>(particles.force.data(), batch.particle);
-      std::array<LinkLanes, dim> given;
-      for (int c = 0; c < dim; ++c)
+      for (int p = 0; p < n_packs<dim>; ++p)
       {
-        LinkLanes gap = value_of(place[c], monomials) - position[c]; // -chi
-        if (periodic && packing.periodic[c] > 0.)
-          wrap_lanes(gap, packing.periodic[c]);
-        const LinkLanes held = ties.spring[k] * gap,
-                        relaxed = ties.viscosity[k] * (value_of(v[c], monomials) - own_velocity[c]);
-        given[c] = held + relaxed;
-        ties.ahead[k - begin][c] =
-          ties.c[k] * (own_velocity[c] + tau * inverse_mass[c] * (own_force[c] + given[c]) - closing * gap);
+        const int *particle = batch.particles(p), pack = n_packs<dim> * k + p;
+        const auto xi = batch.place(p);
+        const LinkPack position = Vectors::load(particles.position.data(), particle),
+                       own_velocity = Vectors::load(particles.velocity.data(), particle),
+                       own_force = Vectors::load(particles.force.data(), particle);
+        LinkPack gap = value_of(place, xi) - position; // -chi
+        if (periodic)
+          wrap<dim>(gap, packing.periodic);
+        const LinkPack held = Vectors::spread(ties.spring[k], p) * gap,
+                       relaxed = Vectors::spread(ties.viscosity[k], p) * (value_of(v, xi) - own_velocity),
+                       total = own_force + held + relaxed;
+        Vectors::store(particles.force.data(), particle, total);
+        const LinkPack ahead = own_velocity + tau * ties.mobility.of(k, p, cell) * total;
         energy += 0.5 * held * gap;
-        ties.gap[k][c] = gap;
-        ties.held[k - begin][c] = held;
-        ties.relaxed[k][c] = relaxed;
+        add_moments(LinkPack(Vectors::spread(ties.c[k], p) * (ahead - closing * gap)), xi, momentum);
+        add_moments(relaxed, xi, damping);
+        add_moments(held, xi, holding);
+        ties.gap[pack] = gap;
+        ties.velocity[pack] = own_velocity;
+        ties.relaxed[pack] = relaxed;
       }
-      ties.velocity[k] = own_velocity;
-      add_vectors<dim>(particles.force.data(), batch.particle, given);
     }
-    for (int c = 0; c < dim; ++c)
-    {
-      ties.cells.scatter(
-        cell, begin, [&](int batch) { return ties.ahead[batch - begin][c]; }, c, sums);
-      ties.cells.scatter(
-        cell, begin, [&](int batch) { return -ties.relaxed[batch][c]; }, dim + c, sums);
-      ties.cells.scatter(
-        cell, begin, [&](int batch) { return -ties.held[batch - begin][c]; }, 2 * dim + c, sums);
-    }
+    ties.cells.scatter(cell, momentum, 1., sums.middleRows<3>(0));
+    ties.cells.scatter(cell, damping, -1., sums.middleRows<3>(3));
+    ties.cells.scatter(cell, holding, -1., sums.middleRows<3>(6));
   }
   stored = sum_of(energy);
   int n_ranks = 1;
@@ -225,7 +218,7 @@ void MultiplierConstraint::solve(double tau)
 {
   const int n = links.n_window();
   ahead = velocity.topRows<dim>() + tau * inverse_node_mass.topRows<dim>().cwiseProduct(
-                                            force.topRows<dim>() + sums.middleRows<dim>(dim) + sums.middleRows<dim>(2 * dim));
+                                            force.topRows<dim>() + sums.middleRows<dim>(3) + sums.middleRows<dim>(6));
   equations->multiply(ahead, lambda);
   lambda = (sums.topRows<dim>() - lambda) / tau;
   equations->solve(lambda);
@@ -233,39 +226,38 @@ void MultiplierConstraint::solve(double tau)
   if (rank != 0)
     return;
   equations->multiply(lambda, ahead);
-  node_force.topRows<dim>() = sums.middleRows<dim>(dim) + ahead;
+  node_force.topRows<dim>() = sums.middleRows<dim>(3) + ahead;
 }
 
 /// The multipliers' forces on the particles. Returns the power of the forces of the step before and of these [W].
 template <int dim>
 double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
 {
+  using Vectors = LinkVectors<dim>;
   constexpr int corners = LinkCells<dim>::corners;
-  LinkLanes power = {}, couple[3] = {};
+  LinkPack power = {};
+  typename Vectors::Couple couple;
   int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
-    double multiplier[dim][corners];
+    LinkPack multiplier[corners];
     ties.cells.coefficients(cell, lambda, multiplier);
     for (; k < cell.end; ++k)
     {
       ties.cells.fetch_after(k, particles.force);
       const auto &batch = ties.cells.batches()[k];
-      const auto monomials = batch.monomials();
-      std::array<LinkLanes, dim> force, load;
-      for (int c = 0; c < dim; ++c)
+      for (int p = 0; p < n_packs<dim>; ++p)
       {
-        force[c] = -ties.c[k] * value_of(multiplier[c], monomials);
-        load[c] = ties.relaxed[k][c] + force[c];
-        power += (ties.loads.force[k][c] + load[c]) * ties.velocity[k][c];
-        ties.loads.force[k][c] = load[c];
+        const int *particle = batch.particles(p), pack = n_packs<dim> * k + p;
+        const LinkPack force = -Vectors::spread(ties.c[k], p) * value_of(multiplier, batch.place(p)),
+                       load = ties.relaxed[pack] + force;
+        Vectors::store(particles.force.data(), particle, Vectors::load(particles.force.data(), particle) + force);
+        power += ties.loads.exchange(pack, load) * ties.velocity[pack];
+        couple.add(ties.gap[pack], load);
       }
-      add_vectors<dim>(particles.force.data(), batch.particle, force);
-      add_moments(ties.gap[k], load, couple);
     }
   }
-  const Eigen::Vector3d moment(sum_of(couple[0]), sum_of(couple[1]), sum_of(couple[2]));
-  couples.add(moment, displacement, node_force);
+  couples.add(couple.sum(), displacement, node_force);
   return sum_of(power);
 }
 } // namespace kerf

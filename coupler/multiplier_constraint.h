@@ -46,12 +46,10 @@ private:
     std::vector<LinkLanes> spring;    ///< [N/m]
     std::vector<LinkLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
     Mobility<dim> mobility;
-    std::vector<std::array<LinkLanes, dim>> gap;      ///< -chi [m]
-    std::vector<std::array<LinkLanes, dim>> velocity; ///< of the particles [m/s]
-    std::vector<std::array<LinkLanes, dim>> relaxed;  ///< force of the relaxation on the particles [N]
-    // of the batches of a cell, while it is worked on
-    std::vector<std::array<LinkLanes, dim>> ahead; ///< c times the velocity after the step, with what chi asks for to close
-    std::vector<std::array<LinkLanes, dim>> held;  ///< force of the springs on the particles [N]
+    // of each pack
+    std::vector<LinkPack> gap;      ///< -chi [m]
+    std::vector<LinkPack> velocity; ///< of the particles [m/s]
+    std::vector<LinkPack> relaxed;  ///< force of the relaxation on the particles [N]
   };
 
   template <int dim>
@@ -75,7 +73,7 @@ private:
   Ties<2> ties_2d; // one of the two
   Ties<3> ties_3d;
   Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force; // of the window's nodes
-  Eigen::MatrixXd sums;                                              // over the ties at each node, see gather_gaps()
+  Eigen::Matrix<double, 9, Eigen::Dynamic> sums;                     // over the ties at each node, see gather_gaps()
   Eigen::MatrixXd lambda, ahead;                                     // of the nodes, a row an axis
   Eigen::Matrix3Xd node_force, reaction;                             // without and with the springs'
   double stored = 0.;                                                // in the springs [J]

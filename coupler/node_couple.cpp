@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/node_couple.h"
 
+#include "coupler/link_lanes.h"
+
 #include <Eigen/Dense>
 
 namespace kerf
@@ -29,14 +31,21 @@ void NodeCouple::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &disp
   if (flat)
     return add_in_plane(couple[2], displacement, force);
   using Eigen::Matrix3d, Eigen::Vector3d;
-  Vector3d first = Vector3d::Zero();
-  Matrix3d second = Matrix3d::Zero();
+  using Vectors = LinkVectors<3>;
+  const auto place = [&](Eigen::Index a) -> Vectors::One
+  { return Vectors::load_one(places.data() + 3 * a) + Vectors::load_one(displacement.data() + 3 * a); };
+  const auto next = [](const Vectors::One &v) -> Vectors::One { return __builtin_shufflevector(v, v, 1, 2, 0, 3); };
+  Vectors::One sum = {}, squares = {}, products = {}; // x y, y z, z x
   for (Eigen::Index a = 0; a < mass.size(); ++a)
   {
-    const Vector3d place = places.col(a) + displacement.col(a), moment = mass[a] * place;
-    first += moment;
-    second += moment * place.transpose();
+    const Vectors::One x = place(a), moment = mass[a] * x;
+    sum += moment;
+    squares += moment * x;
+    products += moment * next(x);
   }
+  const Vector3d first(sum[0], sum[1], sum[2]);
+  Matrix3d second;
+  second << squares[0], products[0], products[2], products[0], squares[1], products[1], products[2], products[1], squares[2];
   second -= first * first.transpose() / total_mass;
   const double trace = second.trace();
   if (!(trace > 0.))
@@ -44,8 +53,13 @@ void NodeCouple::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &disp
   constexpr double line = 1e-14; // nodes in a line do not resist a turn about it
   const Matrix3d inertia = (1. + line) * trace * Matrix3d::Identity() - second;
   const Vector3d centre = first / total_mass, turn = inertia.ldlt().solve(couple);
+  const Vectors::One middle = Vectors::load_one(centre.data()), about = Vectors::load_one(turn.data());
   for (Eigen::Index a = 0; a < mass.size(); ++a)
-    force.col(a) += mass[a] * turn.cross(Vector3d(places.col(a) + displacement.col(a) - centre));
+  {
+    const Vectors::One arm = mass[a] * (place(a) - middle);
+    double *on_node = force.data() + 3 * a;
+    Vectors::store_one(on_node, Vectors::load_one(on_node) + next(about * next(arm) - next(about) * arm)); // turn x arm
+  }
 }
 
 void NodeCouple::add_in_plane(double couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const

@@ -87,8 +87,6 @@ void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &parti
   choose_springs(particles, fem);
   springs.cells.assign(links, fem.mesh(), packing);
   springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
-  springs.force.resize(springs.cells.most_batches());
-  springs.stress.resize(springs.cells.most_batches());
   if (!settings.corrector)
     return;
   springs.fluctuation.resize(springs.stiffness.size());
@@ -121,11 +119,11 @@ void PenaltyConstraint::apply(Springs<dim> &springs, dem::Particles &particles, 
   if (settings.corrector)
   {
     recover_strains<dim>();
-    periodic ? pull<dim, true, true>(springs, particles) : pull<dim, false, true>(springs, particles);
+    periodic ? pull_corrected<dim, true>(springs, particles) : pull_corrected<dim, false>(springs, particles);
     spread_strain_forces<dim>();
   }
   else
-    periodic ? pull<dim, true, false>(springs, particles) : pull<dim, false, false>(springs, particles);
+    periodic ? pull<dim, true>(springs, particles) : pull<dim, false>(springs, particles);
   fem.add_window_forces(node_force);
 }
 
@@ -177,94 +175,112 @@ void PenaltyConstraint::spread_strain_forces()
 }
 
 /// f_i = -k_i chi_i and its reaction.
-template <int dim, bool periodic, bool corrected>
+template <int dim, bool periodic>
 void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
 {
-  constexpr int corners = LinkCells<dim>::corners, n_strains = corrected ? StrainComponents<dim>::n : 0;
-  LinkLanes energy = {};
+  using Vectors = LinkVectors<dim>;
+  constexpr int corners = LinkCells<dim>::corners;
+  LinkPack energy = {};
   int k = 0;
   for (const auto &cell : springs.cells.cells())
   {
-    double corner[dim][corners], strain[corrected ? n_strains : 1][corners], turn[dim][dim]; // turn: F
-    LinkLanes turned[dim][dim] = {};
-    springs.cells.places(cell, node_displacement, corner);
-    if constexpr (corrected)
-    {
-      springs.cells.coefficients(cell, node_strain, strain);
-      for (int c = 0; c < dim; ++c)
-        for (int d = 0; d < dim; ++d)
-        {
-          double sum = 0.;
-          for (int a = 0; a < corners; ++a)
-            sum += node_gradient(dim * c + d, cell.node[a]);
-          turn[c][d] = (c == d) + sum / corners;
-        }
-    }
-    const int begin = k;
+    LinkPack place[corners], given[corners] = {};
+    springs.cells.places(cell, node_displacement, place);
     for (; k < cell.end; ++k)
     {
       springs.cells.fetch_after(k, particles.position, particles.force);
       const auto &batch = springs.cells.batches()[k];
-      const auto monomials = batch.monomials();
-      const auto position = load_vectors<dim>(particles.position.data(), batch.particle);
-      std::array<LinkLanes, dim> place, fluctuation = {}, &force = springs.force[k - begin];
-      for (int c = 0; c < dim; ++c)
-        place[c] = value_of(corner[c], monomials);
-      if constexpr (corrected)
+      for (int p = 0; p < n_packs<dim>; ++p)
       {
-        for (int s = 0; s < n_strains; ++s)
-        {
-          const LinkLanes here = value_of(strain[s], monomials);
-          for (int c = 0; c < dim; ++c)
-            fluctuation[c] += springs.fluctuation[k][c][s] * here;
-        }
+        const int *particle = batch.particles(p);
+        const auto xi = batch.place(p);
+        LinkPack gap = value_of(place, xi) - Vectors::load(particles.position.data(), particle); // -chi
+        if (periodic)
+          wrap<dim>(gap, packing.periodic);
+        const LinkPack force = Vectors::spread(springs.stiffness[k], p) * gap;
+        energy += 0.5 * force * gap;
+        Vectors::store(particles.force.data(), particle, Vectors::load(particles.force.data(), particle) + force);
+        add_moments(force, xi, given);
+      }
+    }
+    springs.cells.scatter(cell, given, -1., node_force);
+  }
+  stored = sum_of(energy);
+}
+
+/// The same for chi to the place that a particle fluctuates to, F C E from the smooth field, and what the springs do on E and
+/// F.
+template <int dim, bool periodic>
+void PenaltyConstraint::pull_corrected(Springs<dim> &springs, dem::Particles &particles)
+{
+  constexpr int corners = LinkCells<dim>::corners, n_strains = StrainComponents<dim>::n;
+  LinkLanes energy = {};
+  int k = 0;
+  for (const auto &cell : springs.cells.cells())
+  {
+    double corner[dim][corners], strain[n_strains][corners], turn[dim][dim]; // turn: F
+    LinkLanes given[dim][corners] = {}, stress[n_strains][corners] = {}, turned[dim][dim] = {};
+    springs.cells.places(cell, node_displacement, corner);
+    springs.cells.coefficients(cell, node_strain, strain);
+    for (int c = 0; c < dim; ++c)
+      for (int d = 0; d < dim; ++d)
+      {
+        double sum = 0.;
+        for (int a = 0; a < corners; ++a)
+          sum += node_gradient(dim * c + d, cell.node[a]);
+        turn[c][d] = (c == d) + sum / corners;
+      }
+    for (; k < cell.end; ++k)
+    {
+      springs.cells.fetch_after(k, particles.position, particles.force);
+      const auto &batch = springs.cells.batches()[k];
+      const auto &of_strain = springs.fluctuation[k];
+      const auto position = load_lanes<dim>(particles.position.data(), batch.particle);
+      std::array<LinkLanes, dim> fluctuation = {}, force;
+      LinkLanes turned_back[dim] = {};
+      for (int s = 0; s < n_strains; ++s)
+      {
+        const LinkLanes here = value_of(strain[s], batch.xi);
         for (int c = 0; c < dim; ++c)
-          for (int d = 0; d < dim; ++d)
-            place[c] += turn[c][d] * fluctuation[d];
+          fluctuation[c] += of_strain[c][s] * here;
       }
       for (int c = 0; c < dim; ++c)
       {
-        LinkLanes gap = place[c] - position[c]; // -chi
+        LinkLanes gap = value_of(corner[c], batch.xi) - position[c]; // -chi
+        for (int d = 0; d < dim; ++d)
+          gap += turn[c][d] * fluctuation[d];
         if (periodic && packing.periodic[c] > 0.)
-          wrap_lanes(gap, packing.periodic[c]);
+          wrap(gap, packing.periodic[c]);
         force[c] = springs.stiffness[k] * gap;
         energy += 0.5 * force[c] * gap;
-      }
-      add_vectors<dim>(particles.force.data(), batch.particle, force);
-      if constexpr (corrected)
-      {
-        LinkLanes turned_back[dim] = {};
-        for (int c = 0; c < dim; ++c)
-          for (int d = 0; d < dim; ++d)
-          {
-            turned_back[d] += turn[c][d] * force[c];
-            turned[c][d] -= force[c] * fluctuation[d];
-          }
-        for (int s = 0; s < n_strains; ++s)
+        for (int d = 0; d < dim; ++d)
         {
-          LinkLanes stress = {};
-          for (int c = 0; c < dim; ++c)
-            stress += springs.fluctuation[k][c][s] * turned_back[c];
-          springs.stress[k - begin][s] = stress;
+          turned_back[d] += turn[c][d] * force[c];
+          turned[c][d] += force[c] * fluctuation[d];
         }
+        add_moments(force[c], batch.xi, given[c]);
+      }
+      add_lanes<dim>(particles.force.data(), batch.particle, force);
+      for (int s = 0; s < n_strains; ++s)
+      {
+        LinkLanes on_strain = {};
+        for (int c = 0; c < dim; ++c)
+          on_strain += of_strain[c][s] * turned_back[c];
+        add_moments(on_strain, batch.xi, stress[s]);
       }
     }
     for (int c = 0; c < dim; ++c)
-      springs.cells.scatter(
-        cell, begin, [&](int batch) { return -springs.force[batch - begin][c]; }, c, node_force);
-    if constexpr (corrected)
     {
-      for (int s = 0; s < n_strains; ++s)
-        springs.cells.scatter(
-          cell, begin, [&](int batch) { return -springs.stress[batch - begin][s]; }, s, strain_force);
-      for (int c = 0; c < dim; ++c)
-        for (int d = 0; d < dim; ++d)
-        {
-          const double share = sum_of(turned[c][d]) / corners;
-          for (int a = 0; a < corners; ++a)
-            gradient_force(dim * c + d, cell.node[a]) += share;
-        }
+      springs.cells.scatter(cell, given[c], -1., c, node_force);
+      for (int d = 0; d < dim; ++d)
+      {
+        const double share = sum_of(turned[c][d]) / corners;
+        for (int a = 0; a < corners; ++a)
+          gradient_force(dim * c + d, cell.node[a]) -= share;
+      }
     }
+    for (int s = 0; s < n_strains; ++s)
+      springs.cells.scatter(cell, stress[s], -1., s, strain_force);
   }
   stored = sum_of(energy);
 }
@@ -283,7 +299,11 @@ void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::
   if (links.n_particles() == 0)
     return;
   if (settings.damping > 0.)
-    damping_work.begin(phase, particles, fem);
+  {
+    if (phase == dem::Phase::step)
+      fem.read_window(fem::NodalField::velocity, node_velocity); // while the window is that of the step before
+    damping_work.begin(phase, particles, node_velocity);
+  }
   n_local = particles.n;
   if (packing.dim == 2)
     apply(springs_2d, particles, fem);

@@ -56,9 +56,6 @@ private:
     std::vector<LinkLanes> stiffness; ///< [N/m]
     /// C of the particles by component and strain [m], with a corrector only
     std::vector<std::array<std::array<LinkLanes, StrainComponents<dim>::n>, dim>> fluctuation;
-    // of the batches of a cell, while it is worked on
-    std::vector<std::array<LinkLanes, dim>> force;                       ///< on the particles [N]
-    std::vector<std::array<LinkLanes, StrainComponents<dim>::n>> stress; ///< what the forces do on the strains [N m]
   };
   template <int dim>
   void renew(Springs<dim> &springs, const dem::Particles &particles, fem::FemSide &fem);
@@ -68,8 +65,10 @@ private:
   void recover_strains();
   template <int dim>
   void spread_strain_forces();
-  template <int dim, bool periodic, bool corrected>
+  template <int dim, bool periodic>
   void pull(Springs<dim> &springs, dem::Particles &particles);
+  template <int dim, bool periodic>
+  void pull_corrected(Springs<dim> &springs, dem::Particles &particles);
 
   void make_corrector(const fem::FemSide &fem);
   std::vector<double> masses_of_rows(const dem::Particles &particles, const fem::FemSide &fem);

@@ -14,14 +14,22 @@ template <int dim>
 class TieLoads
 {
 public:
-  std::vector<std::array<LinkLanes, dim>> force; ///< of each batch, on the particles [N]
+  [[gnu::always_inline]] void fetch_after(int batch) const { kerf::fetch_after(force, n_packs<dim> * batch, n_packs<dim>); }
+  const LinkPack &of(int pack) const { return force[pack]; }
+  /// Takes new forces on a pack of particles [N]. Returns those of the step before and these.
+  [[gnu::always_inline]] LinkPack exchange(std::size_t pack, const LinkPack &forces)
+  {
+    const LinkPack both = force[pack] + forces;
+    force[pack] = forces;
+    return both;
+  }
 
   /// For new links of this rank: without forces.
   void renew(const LinkCells<dim> &cells, const dem::Particles &particles)
   {
-    force.assign(cells.batches().size(), {});
-    index.resize(force.size());
-    for (std::size_t k = 0; k < force.size(); ++k)
+    force.assign(n_packs<dim> * cells.batches().size(), LinkPack{});
+    index.resize(cells.batches().size());
+    for (std::size_t k = 0; k < index.size(); ++k)
       for (int l = 0; l < n_link_lanes; ++l)
         index[k][l] = particles.index[cells.batches()[k].particle[l]];
   }
@@ -46,13 +54,14 @@ private:
   {
     constexpr int record = 1 + dim; // index, force
     std::vector<double> mine;
-    for (std::size_t k = 0; k < force.size(); ++k)
+    for (std::size_t k = 0; k < index.size(); ++k)
       for (int l = 0; l < n_link_lanes; ++l)
         if (cells.is_used(k, l))
         {
           mine.push_back(index[k][l]);
+          const LinkPack &pack = force[n_packs<dim> * k + l / LinkVectors<dim>::links];
           for (int c = 0; c < dim; ++c)
-            mine.push_back(force[k][c][l]);
+            mine.push_back(pack[LinkVectors<dim>::components * (l % LinkVectors<dim>::links) + c]);
         }
     const std::vector<double> all = gather_all(mine, MPI_DOUBLE, comm);
     std::vector<int> local(n_stored, -1);
@@ -66,6 +75,7 @@ private:
     return 0.5 * dt * sum;
   }
 
+  std::vector<LinkPack> force;                      // of each pack of each batch, on the particles [N]
   std::vector<std::array<int, n_link_lanes>> index; // of the particles, in the packing
 };
 } // namespace kerf

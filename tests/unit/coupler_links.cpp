@@ -57,17 +57,27 @@ void compare_with_shape_functions()
   cells.assign(links, side->mesh(), packing);
 
   const Eigen::Matrix3Xd field = fem::test::noise_field(links.n_window(), 1., 5, 3);
-  Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, links.n_window()), expected = sums;
+  Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, links.n_window()), sums_of_lanes = sums, expected = sums;
+  using Vectors = LinkVectors<dim>;
+  const double along[] = {1., 2., 3.};
+  const auto direction = Vectors::load_one(along);
   const std::vector<LinkLanes> load =
     cells.lanes_of([](std::size_t k) { return fem::test::noise(static_cast<std::uint64_t>(k)); });
   constexpr double round_off = 1e-13; // of a few dozen terms of order one
   int begin = 0, n_seen = 0, n_hanging = 0;
   for (const auto &cell : cells.cells())
   {
-    double values[dim][LinkCells<dim>::corners], present[dim][LinkCells<dim>::corners];
+    constexpr int corners = LinkCells<dim>::corners;
+    double values[dim][corners], present[dim][corners];
+    LinkPack packed[corners], packed_places[corners], given[corners] = {};
+    LinkLanes given_lanes[dim][corners] = {};
     cells.coefficients(cell, field, values);
     cells.places(cell, field, present);
+    cells.coefficients(cell, field, packed);
+    cells.places(cell, field, packed_places);
     for (int k = begin; k < cell.end; ++k)
+    {
+      const auto &batch = cells.batches()[k];
       for (int l = 0; l < n_link_lanes; ++l)
       {
         if (!cells.is_used(k, l))
@@ -78,22 +88,31 @@ void compare_with_shape_functions()
         Vector3d value = Vector3d::Zero();
         for (int a = 0; a < link.n; ++a)
           value += link.N[a] * field.col(link.node[a]);
-        const auto monomials = cells.batches()[k].monomials();
+        const auto xi = batch.place(l / Vectors::links);
         for (int c = 0; c < dim; ++c)
         {
-          EXPECT_NEAR(value_of(values[c], monomials)[l], value[c], round_off);
-          EXPECT_NEAR(value_of(present[c], monomials)[l], link.origin[c] + value[c], round_off);
+          const int in_pack = Vectors::components * (l % Vectors::links) + c;
+          EXPECT_NEAR(value_of(values[c], batch.xi)[l], value[c], round_off);
+          EXPECT_NEAR(value_of(present[c], batch.xi)[l], link.origin[c] + value[c], round_off);
+          EXPECT_NEAR(value_of(packed, xi)[in_pack], value[c], round_off);
+          EXPECT_NEAR(value_of(packed_places, xi)[in_pack], link.origin[c] + value[c], round_off);
         }
         OverlapLinks::spread(link, load[k][l] * Vector3d(1., 2., 3.), expected);
       }
+      for (int p = 0; p < n_packs<dim>; ++p)
+        add_moments(LinkPack(Vectors::spread(load[k], p) * Vectors::repeat(direction)), batch.place(p), given);
+      for (int c = 0; c < dim; ++c)
+        add_moments(LinkLanes((c + 1.) * load[k]), batch.xi, given_lanes[c]);
+    }
+    cells.scatter(cell, given, 1., sums);
     for (int c = 0; c < dim; ++c)
-      cells.scatter(
-        cell, begin, [&](int batch) { return (c + 1.) * load[batch]; }, c, sums);
+      cells.scatter(cell, given_lanes[c], 1., c, sums_of_lanes);
     begin = cell.end;
   }
   EXPECT_EQ(n_seen, n);
   EXPECT_GT(n_hanging, 20);
-  EXPECT_LT((sums - expected).topRows<dim>().cwiseAbs().maxCoeff(), 100. * round_off); // sums over the links of a node
+  for (const Eigen::Matrix3Xd &sum : {sums, sums_of_lanes})
+    EXPECT_LT((sum - expected).topRows<dim>().cwiseAbs().maxCoeff(), 100. * round_off); // sums over the links of a node
 }
 } // namespace
 

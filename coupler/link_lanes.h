@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
+
+/// Several links of particles to a cell at once, in two orders: LinkLanes are one number of four links; a LinkPack is vectors
+/// as they stand in the arrays of particles and nodes, x y of four links in the plane and x y z of two in space, which come and
+/// go without being sorted by component.
+namespace kerf
+{
+constexpr int n_link_lanes = 4;
+typedef double LinkLanes __attribute__((vector_size(n_link_lanes * sizeof(double))));
+typedef double LinkPair __attribute__((vector_size(2 * sizeof(double))));
+typedef double LinkPack __attribute__((vector_size(8 * sizeof(double))));
+
+inline double sum_of(const LinkLanes &v)
+{
+  return (v[0] + v[1]) + (v[2] + v[3]);
+}
+inline double sum_of(const LinkPack &v)
+{
+  return sum_of(__builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7));
+}
+
+/// What a pack holds and how it comes and goes.
+template <int dim>
+struct LinkVectors;
+
+template <>
+struct LinkVectors<2>
+{
+  using One = LinkPair; ///< x y
+  static constexpr int components = 2, links = 4;
+
+  [[gnu::always_inline]] static One load_one(const double *v) { return *reinterpret_cast<const AnyPair *>(v); }
+  [[gnu::always_inline]] static void store_one(double *v, const One &one) { *reinterpret_cast<AnyPair *>(v) = one; }
+  /// The vectors of some particles, from an array of three components a particle.
+  [[gnu::always_inline]] static LinkPack load(const double *v, const int *particle)
+  {
+    const auto two = [&](int l) -> LinkLanes
+    { return __builtin_shufflevector(load_one(v + 3 * particle[l]), load_one(v + 3 * particle[l + 1]), 0, 1, 2, 3); };
+    return __builtin_shufflevector(two(0), two(2), 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  /// Lanes that repeat the particle before them do not count: the last ones go first.
+  [[gnu::always_inline]] static void store(double *v, const int *particle, const LinkPack &pack)
+  {
+    store_one(v + 3 * particle[3], __builtin_shufflevector(pack, pack, 6, 7));
+    store_one(v + 3 * particle[2], __builtin_shufflevector(pack, pack, 4, 5));
+    store_one(v + 3 * particle[1], __builtin_shufflevector(pack, pack, 2, 3));
+    store_one(v + 3 * particle[0], __builtin_shufflevector(pack, pack, 0, 1));
+  }
+  /// The number of each link for all of its components. @param number of the pack in the batch
+  [[gnu::always_inline]] static LinkPack spread(const LinkLanes &v, int /*number*/)
+  {
+    return __builtin_shufflevector(v, v, 0, 0, 1, 1, 2, 2, 3, 3);
+  }
+  /// The same vector for all links.
+  [[gnu::always_inline]] static LinkPack repeat(const One &v)
+  {
+#ifdef __AVX512DQ__
+    return _mm512_broadcast_f64x2(v); // a shuffle to a wider vector goes through memory
+#else
+    return LinkPack{v[0], v[1], v[0], v[1], v[0], v[1], v[0], v[1]};
+#endif
+  }
+  /// Sum over the links.
+  [[gnu::always_inline]] static One fold(const LinkPack &v)
+  {
+    const LinkLanes two = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
+    return __builtin_shufflevector(two, two, 0, 1) + __builtin_shufflevector(two, two, 2, 3);
+  }
+
+  /// sum of arm x force
+  class Couple
+  {
+  public:
+    [[gnu::always_inline]] void add(const LinkPack &arm, const LinkPack &force)
+    {
+      products += arm * __builtin_shufflevector(force, force, 1, 0, 3, 2, 5, 4, 7, 6);
+    }
+    Eigen::Vector3d sum() const
+    {
+      const One both = fold(products);
+      return {0., 0., both[0] - both[1]};
+    }
+
+  private:
+    LinkPack products = {};
+  };
+
+private:
+  typedef LinkPair AnyPair __attribute__((aligned(alignof(double)))); // begins at any number
+};
+
+template <>
+struct LinkVectors<3>
+{
+  using One = LinkLanes; ///< x y z and nothing
+  static constexpr int components = 4, links = 2;
+
+  [[gnu::always_inline]] static One load_one(const double *v)
+  {
+#ifdef __AVX512VL__
+    return _mm256_maskz_loadu_pd(0b111, v);
+#else
+    return One{v[0], v[1], v[2], 0.};
+#endif
+  }
+  [[gnu::always_inline]] static void store_one(double *v, const One &one)
+  {
+    // Not masked: what is read next to it would wait for the whole.
+    LinkVectors<2>::store_one(v, __builtin_shufflevector(one, one, 0, 1));
+    v[2] = one[2];
+  }
+  [[gnu::always_inline]] static LinkPack load(const double *v, const int *particle)
+  {
+    return __builtin_shufflevector(load_one(v + 3 * particle[0]), load_one(v + 3 * particle[1]), 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  [[gnu::always_inline]] static void store(double *v, const int *particle, const LinkPack &pack)
+  {
+    store_one(v + 3 * particle[1], __builtin_shufflevector(pack, pack, 4, 5, 6, 7));
+    store_one(v + 3 * particle[0], __builtin_shufflevector(pack, pack, 0, 1, 2, 3));
+  }
+  [[gnu::always_inline]] static LinkPack spread(const LinkLanes &v, int number)
+  {
+    return number == 0 ? __builtin_shufflevector(v, v, 0, 0, 0, 0, 1, 1, 1, 1)
+                       : __builtin_shufflevector(v, v, 2, 2, 2, 2, 3, 3, 3, 3);
+  }
+  [[gnu::always_inline]] static LinkPack repeat(const One &v)
+  {
+#ifdef __AVX512F__
+    return _mm512_broadcast_f64x4(v);
+#else
+    return LinkPack{v[0], v[1], v[2], v[3], v[0], v[1], v[2], v[3]};
+#endif
+  }
+  [[gnu::always_inline]] static One fold(const LinkPack &v)
+  {
+    return __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
+  }
+
+  class Couple
+  {
+  public:
+    [[gnu::always_inline]] void add(const LinkPack &arm, const LinkPack &force)
+    {
+      next += arm * __builtin_shufflevector(force, force, 1, 2, 0, 3, 5, 6, 4, 7);
+      last += arm * __builtin_shufflevector(force, force, 2, 0, 1, 3, 6, 4, 5, 7);
+    }
+    Eigen::Vector3d sum() const
+    {
+      const One a = fold(next), b = fold(last); // a: x y, y z, z x of arm and force; b: x z, y x, z y
+      return {a[1] - b[2], a[2] - b[0], a[0] - b[1]};
+    }
+
+  private:
+    LinkPack next = {}, last = {};
+  };
+};
+
+/// The vectors of the particles of a batch, from an array of three components a particle, by component.
+template <int dim>
+[[gnu::always_inline]] inline std::array<LinkLanes, dim> load_lanes(const double *values, const int *particle)
+{
+  const auto pair = [&](int l) { return LinkVectors<2>::load_one(values + 3 * particle[l]); };
+  const LinkLanes even = __builtin_shufflevector(pair(0), pair(2), 0, 1, 2, 3),
+                  odd = __builtin_shufflevector(pair(1), pair(3), 0, 1, 2, 3);
+  std::array<LinkLanes, dim> result;
+  result[0] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
+  result[1] = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
+  if constexpr (dim == 3)
+    result[2] = LinkLanes{values[3 * particle[0] + 2], values[3 * particle[1] + 2], values[3 * particle[2] + 2],
+                          values[3 * particle[3] + 2]};
+  return result;
+}
+/// Adds to them; lanes that repeat a particle must be zero.
+template <int dim>
+[[gnu::always_inline]] inline void add_lanes(double *values, const int *particle, const std::array<LinkLanes, dim> &lanes)
+{
+  const LinkLanes even = __builtin_shufflevector(lanes[0], lanes[1], 0, 4, 2, 6),
+                  odd = __builtin_shufflevector(lanes[0], lanes[1], 1, 5, 3, 7);
+  const auto add = [&](int l, double x, double y)
+  {
+    double *vector = values + 3 * particle[l];
+    LinkVectors<2>::store_one(vector, LinkVectors<2>::load_one(vector) + LinkPair{x, y});
+    if constexpr (dim == 3)
+      vector[2] += lanes[2][l];
+  };
+  add(0, even[0], even[1]);
+  add(1, odd[0], odd[1]);
+  add(2, even[2], even[3]);
+  add(3, odd[2], odd[3]);
+}
+
+/// Packs of a batch of links.
+template <int dim>
+constexpr int n_packs = n_link_lanes / LinkVectors<dim>::links;
+
+/// Asks the memory for what is needed soon after @p begin, @p n at a time.
+template <typename Element>
+[[gnu::always_inline]] inline void fetch_after(const std::vector<Element> &values, std::size_t begin, std::size_t n = 1)
+{
+  constexpr int distance = 16, line = 64;
+  const char *soon = reinterpret_cast<const char *>(values.data() + begin + distance * n);
+  for (std::size_t at = 0; at < n * sizeof(Element); at += line)
+    __builtin_prefetch(soon + at);
+}
+
+/// The nearest image, where space repeats itself after @p period [m].
+template <int dim>
+void wrap(LinkPack &gap, const Eigen::Vector3d &period)
+{
+  for (int k = 0; k < 8; ++k)
+    if (const int c = k % LinkVectors<dim>::components; c < dim && period[c] > 0.)
+      gap[k] -= period[c] * std::round(gap[k] / period[c]);
+}
+inline void wrap(LinkLanes &gap, double period)
+{
+  for (int l = 0; l < n_link_lanes; ++l)
+    gap[l] -= period * std::round(gap[l] / period);
+}
+} // namespace kerf
