@@ -54,7 +54,11 @@ void CoupledModel::start()
     cells = cells_inside(fem_side.mesh(), settings.fixed_region);
   fem_side.compute_forces();
   if (!cells.empty())
+  {
+    clock.begin_whole(Part::activation);
     convert(cells);
+    clock.end_whole();
+  }
   conversion_energy = 0.; // what the body starts with is not a change of models
   const EnergyLedger ledger = energies();
   initial_energy = ledger.held() + ledger.lost() - ledger.work();
