@@ -179,10 +179,12 @@ public:
       for (int m = 0; m < corners; ++m)
         result[c][m] = values[m][c];
   }
-  template <typename Field>
-  [[gnu::always_inline]] void scatter(const Cell &cell, const LinkLanes (&moments)[corners], double sign, int row,
-                                      Field &field) const
+  template <typename Given, typename Field>
+  [[gnu::always_inline]] void scatter(const Cell &cell, int begin, const Given &given, double sign, int row, Field &field) const
   {
+    LinkLanes moments[corners] = {};
+    for (int k = begin; k < cell.end; ++k)
+      add_moments(given(k), all_batches[k].xi, moments);
     double part[corners];
     for (int m = 0; m < corners; ++m)
       part[m] = sign * sum_of(moments[m]);

@@ -89,6 +89,8 @@ void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &parti
   springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
   if (!settings.corrector)
     return;
+  springs.force.resize(springs.cells.most_batches());
+  springs.stress.resize(springs.cells.most_batches());
   springs.fluctuation.resize(springs.stiffness.size());
   for (int c = 0; c < dim; ++c)
     for (int s = 0; s < StrainComponents<dim>::n; ++s)
@@ -142,7 +144,7 @@ void PenaltyConstraint::recover_strains()
       const auto [p, q] = Components::axes[s];
       double strain = H[dim * p + q] + H[dim * q + p];
       for (int c = 0; c < dim; ++c)
-        strain += H[dim * c + p] * H[dim * c + q];
+        strain += H[dim * p + c] * H[dim * q + c];
       node_strain(s, a) = p == q ? 0.5 * strain : strain;
     }
   }
@@ -165,9 +167,9 @@ void PenaltyConstraint::spread_strain_forces()
       const double stress = strain_force(s, a);
       for (int c = 0; c < dim; ++c)
       {
-        force[dim * c + q] += (H[dim * c + p] + (c == p)) * stress;
+        force[dim * q + c] += (H[dim * p + c] + (c == p)) * stress;
         if (p != q)
-          force[dim * c + p] += (H[dim * c + q] + (c == q)) * stress;
+          force[dim * p + c] += (H[dim * q + c] + (c == q)) * stress;
       }
     }
   }
@@ -219,7 +221,7 @@ void PenaltyConstraint::pull_corrected(Springs<dim> &springs, dem::Particles &pa
   for (const auto &cell : springs.cells.cells())
   {
     double corner[dim][corners], strain[n_strains][corners], turn[dim][dim]; // turn: F
-    LinkLanes given[dim][corners] = {}, stress[n_strains][corners] = {}, turned[dim][dim] = {};
+    LinkLanes turned[dim][dim] = {};
     springs.cells.places(cell, node_displacement, corner);
     springs.cells.coefficients(cell, node_strain, strain);
     for (int c = 0; c < dim; ++c)
@@ -227,16 +229,17 @@ void PenaltyConstraint::pull_corrected(Springs<dim> &springs, dem::Particles &pa
       {
         double sum = 0.;
         for (int a = 0; a < corners; ++a)
-          sum += node_gradient(dim * c + d, cell.node[a]);
+          sum += node_gradient(dim * d + c, cell.node[a]);
         turn[c][d] = (c == d) + sum / corners;
       }
+    const int begin = k;
     for (; k < cell.end; ++k)
     {
       springs.cells.fetch_after(k, particles.position, particles.force);
       const auto &batch = springs.cells.batches()[k];
       const auto &of_strain = springs.fluctuation[k];
       const auto position = load_lanes<dim>(particles.position.data(), batch.particle);
-      std::array<LinkLanes, dim> fluctuation = {}, force;
+      std::array<LinkLanes, dim> fluctuation = {}, &force = springs.force[k - begin];
       LinkLanes turned_back[dim] = {};
       for (int s = 0; s < n_strains; ++s)
       {
@@ -258,7 +261,6 @@ void PenaltyConstraint::pull_corrected(Springs<dim> &springs, dem::Particles &pa
           turned_back[d] += turn[c][d] * force[c];
           turned[c][d] += force[c] * fluctuation[d];
         }
-        add_moments(force[c], batch.xi, given[c]);
       }
       add_lanes<dim>(particles.force.data(), batch.particle, force);
       for (int s = 0; s < n_strains; ++s)
@@ -266,21 +268,23 @@ void PenaltyConstraint::pull_corrected(Springs<dim> &springs, dem::Particles &pa
         LinkLanes on_strain = {};
         for (int c = 0; c < dim; ++c)
           on_strain += of_strain[c][s] * turned_back[c];
-        add_moments(on_strain, batch.xi, stress[s]);
+        springs.stress[k - begin][s] = on_strain;
       }
     }
     for (int c = 0; c < dim; ++c)
     {
-      springs.cells.scatter(cell, given[c], -1., c, node_force);
+      springs.cells.scatter(
+        cell, begin, [&](int batch) { return springs.force[batch - begin][c]; }, -1., c, node_force);
       for (int d = 0; d < dim; ++d)
       {
         const double share = sum_of(turned[c][d]) / corners;
         for (int a = 0; a < corners; ++a)
-          gradient_force(dim * c + d, cell.node[a]) -= share;
+          gradient_force(dim * d + c, cell.node[a]) -= share;
       }
     }
     for (int s = 0; s < n_strains; ++s)
-      springs.cells.scatter(cell, stress[s], -1., s, strain_force);
+      springs.cells.scatter(
+        cell, begin, [&](int batch) { return springs.stress[batch - begin][s]; }, -1., s, strain_force);
   }
   stored = sum_of(energy);
 }

@@ -56,6 +56,9 @@ private:
     std::vector<LinkLanes> stiffness; ///< [N/m]
     /// C of the particles by component and strain [m], with a corrector only
     std::vector<std::array<std::array<LinkLanes, StrainComponents<dim>::n>, dim>> fluctuation;
+    // of the batches of a cell, while it is worked on
+    std::vector<std::array<LinkLanes, dim>> force;                       ///< on the particles [N]
+    std::vector<std::array<LinkLanes, StrainComponents<dim>::n>> stress; ///< what the forces do on the strains [N m]
   };
   template <int dim>
   void renew(Springs<dim> &springs, const dem::Particles &particles, fem::FemSide &fem);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/link_lanes.h"
 #include "fem_side/fem_side.h"
 
 #include <vector>
@@ -49,7 +50,7 @@ public:
   /// The next node's.
   void add(const std::vector<RecoveredGradient::Entry> &of_node, const std::vector<int> &column_of_node);
 
-  /// gradients: a column a node, row dim * c + d is the derivative of component c along d.
+  /// gradients: a column a node, row dim * d + c is the derivative of component c along d.
   template <int dim>
   void gather(const Eigen::Matrix3Xd &values, Eigen::MatrixXd &gradients) const;
   /// Adds to the values of the nodes around what belongs to @p gradients.
@@ -64,37 +65,40 @@ private:
 template <int dim>
 void GradientRows::gather(const Eigen::Matrix3Xd &values, Eigen::MatrixXd &gradients) const
 {
+  using Vectors = LinkVectors<dim>;
   gradients.resize(dim * dim, end.size());
   int at = 0;
   for (std::size_t a = 0; a < end.size(); ++a)
   {
-    double sum[dim * dim] = {};
+    typename Vectors::One along[dim] = {};
     for (; at < end[a]; ++at)
     {
-      const double *value = values.data() + 3 * entries[at].node, *share = entries[at].share.data();
-      for (int c = 0; c < dim; ++c)
-        for (int d = 0; d < dim; ++d)
-          sum[dim * c + d] += value[c] * share[d];
+      const auto value = Vectors::load_one(values.data() + 3 * entries[at].node);
+      for (int d = 0; d < dim; ++d)
+        along[d] += value * entries[at].share[d];
     }
-    for (int k = 0; k < dim * dim; ++k)
-      gradients(k, a) = sum[k];
+    for (int d = 0; d < dim; ++d)
+      Vectors::store_one(gradients.data() + dim * (dim * a + d), along[d]);
   }
 }
 
 template <int dim>
 void GradientRows::scatter(const Eigen::MatrixXd &gradients, Eigen::Matrix3Xd &values) const
 {
+  using Vectors = LinkVectors<dim>;
   int at = 0;
   for (std::size_t a = 0; a < end.size(); ++a)
   {
-    const double *gradient = gradients.data() + dim * dim * a;
+    typename Vectors::One along[dim];
+    for (int d = 0; d < dim; ++d)
+      along[d] = Vectors::load_one(gradients.data() + dim * (dim * a + d));
     for (; at < end[a]; ++at)
     {
       double *value = values.data() + 3 * entries[at].node;
-      const double *share = entries[at].share.data();
-      for (int c = 0; c < dim; ++c)
-        for (int d = 0; d < dim; ++d)
-          value[c] += gradient[dim * c + d] * share[d];
+      auto sum = Vectors::load_one(value);
+      for (int d = 0; d < dim; ++d)
+        sum += along[d] * entries[at].share[d];
+      Vectors::store_one(value, sum);
     }
   }
 }

@@ -70,7 +70,6 @@ void compare_with_shape_functions()
     constexpr int corners = LinkCells<dim>::corners;
     double values[dim][corners], present[dim][corners];
     LinkPack packed[corners], packed_places[corners], given[corners] = {};
-    LinkLanes given_lanes[dim][corners] = {};
     cells.coefficients(cell, field, values);
     cells.places(cell, field, present);
     cells.coefficients(cell, field, packed);
@@ -101,12 +100,11 @@ void compare_with_shape_functions()
       }
       for (int p = 0; p < n_packs<dim>; ++p)
         add_moments(LinkPack(Vectors::spread(load[k], p) * Vectors::repeat(direction)), batch.place(p), given);
-      for (int c = 0; c < dim; ++c)
-        add_moments(LinkLanes((c + 1.) * load[k]), batch.xi, given_lanes[c]);
     }
     cells.scatter(cell, given, 1., sums);
     for (int c = 0; c < dim; ++c)
-      cells.scatter(cell, given_lanes[c], 1., c, sums_of_lanes);
+      cells.scatter(
+        cell, begin, [&](int batch) { return (c + 1.) * load[batch]; }, 1., c, sums_of_lanes);
     begin = cell.end;
   }
   EXPECT_EQ(n_seen, n);
