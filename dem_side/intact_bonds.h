@@ -31,6 +31,7 @@ public:
     law::Vector<dim> normal; ///< from the first to the second particle as stored
     double rest_length;      ///< [m]
     double weight;           ///< [-]
+    double rolling;          ///< see bond_rolling()
     double viscosity;        ///< normal [N s/m]
     Place place;
   };
@@ -59,6 +60,7 @@ private:
 
   std::vector<Batch> batches;
   std::vector<Lanes> viscosities; ///< of each batch; apart because they are not read without damping
+  std::vector<Lanes> rolling;     ///< not read without weights
   std::vector<Place> places;      ///< of each lane of each batch, read on failure only
 };
 
@@ -71,6 +73,7 @@ void IntactBonds<dim>::assign(const std::vector<Bond> &bonds)
   const std::size_t n = (bonds.size() + Lanes::size - 1) / Lanes::size;
   batches.resize(n);
   viscosities.resize(n);
+  rolling.resize(n);
   places.resize(Lanes::size * n);
   for (std::size_t batch = 0; batch < n; ++batch)
     for (int lane = 0; lane < Lanes::size; ++lane)
@@ -84,6 +87,7 @@ void IntactBonds<dim>::assign(const std::vector<Bond> &bonds)
       b.rest_length.set(lane, bond.rest_length);
       b.weight.set(lane, bond.weight);
       viscosities[batch].set(lane, bond.viscosity);
+      rolling[batch].set(lane, bond.rolling);
       b.first.template set<ParticleRow<dim>>(lane, bond.first);
       b.second.template set<ParticleRow<dim>>(lane, bond.second);
       places[Lanes::size * batch + lane] = bond.place;
@@ -101,6 +105,7 @@ void IntactBonds<dim>::drop(std::size_t batch, int lane)
   batches[batch].rest_length.set(lane, 1e30);
   batches[batch].weight.set(lane, 0.);
   viscosities[batch].set(lane, 0.);
+  rolling[batch].set(lane, 0.);
 }
 
 template <int dim>
@@ -143,8 +148,13 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
     overstretched |= ~(batch.weight * (strain.elongation + batch.rest_length) <
                        Lanes(reach) * (first.weighted_radius + second.weighted_radius));
 
-    const auto elastic =
-      law::bond_load<dim, Lanes>(pair, strain, batch.rest_length, normal_first, normal_second, bond, batch.weight);
+    auto elastic = law::bond_load<dim, Lanes>(pair, strain, batch.rest_length, normal_first, normal_second, bond, batch.weight);
+    if (any(batch.weight < 1.))
+    {
+      const auto torque = law::rolling_torque<dim, Lanes>(rolling[k], batch.rest_length, normal_first, normal_second, bond);
+      elastic.torque_first += torque;
+      elastic.torque_second -= torque;
+    }
     if constexpr (damped)
     {
       const law::Vector<dim, Lanes> v =

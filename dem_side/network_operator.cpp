@@ -39,7 +39,8 @@ NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stor
       const Eigen::Vector3d branch = packing.shortest(packing.positions.col(j) - packing.positions.col(i));
       const double length = branch.norm(), lever = length * weighted / (weighted + other_weighted);
       bonds.push_back({dofs * p, dofs * static_cast<int>(other - particles.begin()), branch / length, lever, length - lever,
-                       of_bond * material.k_n, of_bond * material.k_t});
+                       of_bond * material.k_n, of_bond * material.k_t,
+                       bond_rolling(weighted, other_weighted, radius, other_radius) * material.k_t * length * length});
     }
     const double mass = material.density * packing.volume(i) * (n > 0 ? sum / n : weight[i]);
     inertia.segment(dofs * p, dim).setConstant(mass);
@@ -67,6 +68,15 @@ Vector1d moment_of(const Eigen::Vector2d &arm, const Eigen::Vector2d &force)
 {
   return Vector1d(arm[0] * force[1] - arm[1] * force[0]);
 }
+/// What of a turn tilts @p normal.
+Eigen::Vector3d across(const Eigen::Vector3d &normal, const Eigen::Vector3d &turn)
+{
+  return turn - normal.dot(turn) * normal;
+}
+Vector1d across(const Eigen::Vector2d & /*normal*/, const Vector1d &turn)
+{
+  return turn;
+}
 } // namespace
 
 template <int dim>
@@ -83,10 +93,13 @@ void NetworkOperator::add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x,
     const Vector opening = x.segment<dim>(bond.second) - x.segment<dim>(bond.first) - cross(turn, n);
     const Vector force = bond.shear_k * opening + (bond.normal_k - bond.shear_k) * n.dot(opening) * n;
     const Spin moment = moment_of(n, force);
+    const Spin rolling =
+      bond.rolling_k *
+      across(n, Spin(x.segment<rotations<dim>>(bond.second + dim) - x.segment<rotations<dim>>(bond.first + dim)));
     y.segment<dim>(bond.first) -= force;
     y.segment<dim>(bond.second) += force;
-    y.segment<rotations<dim>>(bond.first + dim) -= bond.lever * moment;
-    y.segment<rotations<dim>>(bond.second + dim) -= bond.reach * moment;
+    y.segment<rotations<dim>>(bond.first + dim) -= bond.lever * moment + rolling;
+    y.segment<rotations<dim>>(bond.second + dim) -= bond.reach * moment - rolling;
   }
 }
 
@@ -135,6 +148,12 @@ Eigen::VectorXd NetworkOperator::diagonal_in() const
       const double normal = n.dot(relative.col(k));
       result[k < dofs ? bond.first + k : bond.second + k - dofs] +=
         bond.shear_k * relative.col(k).squaredNorm() + (bond.normal_k - bond.shear_k) * normal * normal;
+    }
+    for (int axis = 0; axis < rotations<dim>; ++axis)
+    {
+      const double tilt = dim == 2 ? 1. : 1. - n[axis % dim] * n[axis % dim];
+      result[bond.first + dim + axis] += bond.rolling_k * tilt;
+      result[bond.second + dim + axis] += bond.rolling_k * tilt;
     }
   }
   return result;

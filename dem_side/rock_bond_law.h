@@ -128,6 +128,22 @@ template <int dim, typename Real>
           pair.share_first * arm * cross(first, strain.shear), pair.share_second * arm * cross(second, strain.shear)};
 }
 
+/// Of a bond that resists that its ends turn apart, on the first particle; the second one gets the opposite [N m].
+/// @param rolling see bond_rolling()
+template <int dim, typename Real>
+[[gnu::always_inline]] inline Spin<dim, Real> rolling_torque(const Real &rolling, const Real &rest_length,
+                                                             const Vector<dim, Real> &first, const Vector<dim, Real> &second,
+                                                             const BondParameters &bond)
+{
+  return rolling * Real(bond.k_t) * rest_length * rest_length * cross(first, second);
+}
+template <int dim>
+double rolling_energy(double rolling, double rest_length, const Vector<dim> &first, const Vector<dim> &second,
+                      const BondParameters &bond)
+{
+  return 0.5 * rolling * bond.k_t * rest_length * rest_length * (first - second).squaredNorm();
+}
+
 template <int dim>
 double bond_energy(const BondStrain<dim> &strain, const BondParameters &bond)
 {

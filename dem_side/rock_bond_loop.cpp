@@ -128,7 +128,7 @@ void RockBondLoop<dim>::collect_pairs()
       const OrderedPair pair = ordered(i, j);
       if (history.state == PairHistory::intact)
         listed.push_back({pair.first, pair.second, pair.sign * vector<dim>(history.vector), history.rest_length, pair.weight,
-                          viscosity(pair), place});
+                          pair.rolling, viscosity(pair), place});
       else
         loose_pairs.push_back(loose(pair, history, flag));
     });
@@ -261,12 +261,14 @@ void RockBondLoop<dim>::add_pair_loads(bool step)
 template <int dim>
 typename RockBondLoop<dim>::OrderedPair RockBondLoop<dim>::ordered(int i, int j) const
 {
-  const double weight = bond_weight(rows[i].weighted_radius, rows[j].weighted_radius, rows[i].radius, rows[j].radius);
+  const Row &first = rows[i], &second = rows[j];
+  const double weight = bond_weight(first.weighted_radius, second.weighted_radius, first.radius, second.radius),
+               rolling = bond_rolling(first.weighted_radius, second.weighted_radius, first.radius, second.radius);
   if (j < lmp.atom->nlocal)
-    return {i, j, 1., 1., weight};
+    return {i, j, 1., 1., weight, rolling};
   if (lmp.atom->tag[i] < lmp.atom->tag[j])
-    return {i, j, 1., 0.5, weight};
-  return {j, i, -1., 0.5, weight};
+    return {i, j, 1., 0.5, weight, rolling};
+  return {j, i, -1., 0.5, weight, rolling};
 }
 
 template <int dim>
@@ -303,11 +305,23 @@ double RockBondLoop<dim>::bond_power(const OrderedPair &pair, const law::BondStr
                                      const PairHistory &history) const
 {
   const Row &first = rows[pair.first], &second = rows[pair.second];
-  const Vector normal = pair.sign * vector<dim>(history.vector);
-  const auto load = law::bond_load<dim>(bond_geometry(pair), strain, history.rest_length, Vector(first.turn() * normal),
-                                        Vector(second.turn() * normal), parameters.bond, pair.weight);
+  const Vector normal = pair.sign * vector<dim>(history.vector), of_first = first.turn() * normal,
+               of_second = second.turn() * normal;
+  const auto load =
+    law::bond_load<dim>(bond_geometry(pair), strain, history.rest_length, of_first, of_second, parameters.bond, pair.weight);
+  const auto rolling = law::rolling_torque<dim>(pair.rolling, history.rest_length, of_first, of_second, parameters.bond);
   return load.force.dot(first.velocity - second.velocity) + load.torque_first.dot(first.spin) +
-         load.torque_second.dot(second.spin);
+         load.torque_second.dot(second.spin) + rolling.dot(first.spin - second.spin);
+}
+
+template <int dim>
+double RockBondLoop<dim>::bond_energy(const OrderedPair &pair, const law::BondStrain<dim> &strain,
+                                      const PairHistory &history) const
+{
+  const Vector normal = pair.sign * vector<dim>(history.vector);
+  return pair.weight * law::bond_energy<dim>(strain, parameters.bond) +
+         law::rolling_energy<dim>(pair.rolling, history.rest_length, rows[pair.first].turn() * normal,
+                                  rows[pair.second].turn() * normal, parameters.bond);
 }
 
 template <int dim>
@@ -403,7 +417,7 @@ void RockBondLoop<dim>::break_bond(const typename IntactBonds<dim>::Failing &bon
   const OrderedPair pair = ordered(i, j);
   const auto geometry = this->geometry(pair);
   const auto strain = bond_strain(pair, history);
-  const double power_of_bond = bond_power(pair, strain, history);
+  const double power_of_bond = bond_power(pair, strain, history), energy = bond_energy(pair, strain, history);
 
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   position.head<dim>() = rows[pair.first].position + geometry.share_first * geometry.distance * geometry.normal;
@@ -415,7 +429,7 @@ void RockBondLoop<dim>::break_bond(const typename IntactBonds<dim>::Failing &bon
   loose_pairs.push_back(loose(pair, history, gran.listgranhistory->firstneigh[i][n]));
   const ContactSprings left = contact<damped>(loose_pairs.back(), true, true);
   const double missing = 0.5 * parameters.time_step * (power_of_bond - left.power);
-  dissipation.released += pair.share * (pair.weight * law::bond_energy<dim>(strain, parameters.bond) - left.energy + missing);
+  dissipation.released += pair.share * (energy - left.energy + missing);
 }
 
 namespace
@@ -537,7 +551,7 @@ double RockBondLoop<dim>::elastic_energy()
       const OrderedPair pair = ordered(i, j);
       const BondParameters &bond = parameters.bond;
       if (history.state == PairHistory::intact)
-        energy += pair.share * pair.weight * law::bond_energy<dim>(bond_strain(pair, history), bond);
+        energy += pair.share * bond_energy(pair, bond_strain(pair, history), history);
       else if (const double overlap = loose(pair, history, flag).length - geometry(pair).distance; overlap > 0.)
         energy += 0.5 * pair.share * pair.weight *
                   (bond.k_n * overlap * overlap + bond.k_t * vector<dim>(history.vector).squaredNorm());
@@ -560,7 +574,7 @@ std::vector<ActiveBond> RockBondLoop<dim>::bonds(const std::vector<char> &wanted
         return;
       OrderedPair pair = ordered(i, j);
       if (tag[i] > tag[j])
-        pair = {j, i, -pair.sign, pair.share, pair.weight};
+        pair = {j, i, -pair.sign, pair.share, pair.weight, pair.rolling};
       const auto strain = bond_strain(pair, history);
       const int a = pair.first, b = pair.second;
       ActiveBond bond{tag[a] - 1,

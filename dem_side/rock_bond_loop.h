@@ -38,9 +38,9 @@ private:
   struct OrderedPair
   {
     int first, second;
-    double sign;  ///< of the history's vector
-    double share; ///< of this rank in energies
-    double weight;
+    double sign;            ///< of the history's vector
+    double share;           ///< of this rank in energies
+    double weight, rolling; ///< see bond_weight.h
   };
   /// A near pair without an intact bond.
   struct LoosePair
@@ -75,6 +75,8 @@ private:
   law::Pair<dim> geometry(const OrderedPair &pair) const;
   law::Pair<dim> bond_geometry(const OrderedPair &pair) const; ///< with the branches of a weighted bond
   law::BondStrain<dim> bond_strain(const OrderedPair &pair, const PairHistory &history) const;
+  /// Of an intact bond, weighted [J].
+  double bond_energy(const OrderedPair &pair, const law::BondStrain<dim> &strain, const PairHistory &history) const;
   /// Of the springs of an intact bond on its particles at the velocities of the step, weighted [W].
   double bond_power(const OrderedPair &pair, const law::BondStrain<dim> &strain, const PairHistory &history) const;
   double viscosity(const OrderedPair &pair) const;

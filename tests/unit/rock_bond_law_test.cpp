@@ -62,10 +62,13 @@ State<dim> general_state()
   return s;
 }
 
+constexpr double rolling = 0.2;
+
 template <int dim>
 double energy(const State<dim> &s, const BondParameters &bond)
 {
-  return law::bond_energy<dim>(s.strain(), bond);
+  return law::bond_energy<dim>(s.strain(), bond) +
+         law::rolling_energy<dim>(rolling, d0, s.turned(s.q1, s.normal), s.turned(s.q2, s.normal), bond);
 }
 
 /// Force and torques against central differences of the potential.
@@ -74,7 +77,10 @@ void expect_derivative_of_energy()
 {
   const BondParameters bond = rock();
   const State<dim> s = general_state<dim>();
-  const auto load = s.load(bond);
+  auto load = s.load(bond);
+  const auto torque = law::rolling_torque<dim>(rolling, d0, s.turned(s.q1, s.normal), s.turned(s.q2, s.normal), bond);
+  load.torque_first += torque;
+  load.torque_second -= torque;
   const double scale = bond.k_n * d0;
   const double h = 1e-6; // error of the difference h^2 plus 1e-16 / h, relative: 1e-9 is safe
   for (int c = 0; c < dim; ++c)
