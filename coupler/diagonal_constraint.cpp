@@ -89,17 +89,17 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
       const auto &batch = ties.cells.batches()[k];
       for (int p = 0; p < n_packs<dim>; ++p)
       {
-        const int *particle = batch.particles(p);
+        const auto *at = batch.begins(p);
         const auto xi = batch.place(p);
-        const LinkPack position = Vectors::load(particles.position.data(), particle),
-                       own_velocity = Vectors::load(particles.velocity.data(), particle),
-                       own_force = Vectors::load(particles.force.data(), particle);
+        const LinkPack position = Vectors::load(particles.position.data(), at),
+                       own_velocity = Vectors::load(particles.velocity.data(), at),
+                       own_force = Vectors::load(particles.force.data(), at);
         LinkPack gap = value_of(place, xi) - position; // -chi
         if (periodic)
           wrap<dim>(gap, packing.periodic);
         const LinkPack rate = value_of(v, xi) - own_velocity - tau * ties.mobility.of(k, p, cell) * own_force;
         const LinkPack force = rate_of_tau * Vectors::spread(ties.pulled[k], p) * (rate + closing * gap);
-        Vectors::store(particles.force.data(), particle, own_force + force);
+        Vectors::store(particles.force.data(), at, own_force + force);
         power += ties.loads.exchange(n_packs<dim> * k + p, force) * own_velocity;
         couple.add(gap, force);
       }

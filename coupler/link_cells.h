@@ -71,7 +71,7 @@ public:
   struct alignas(64) Batch
   {
     std::array<LinkLanes, dim> xi;
-    int particle[n_link_lanes];
+    std::ptrdiff_t begin[n_link_lanes]; ///< of the particles' vectors in arrays of three components
 
     /// Of a pack.
     [[gnu::always_inline]] std::array<LinkPack, dim> place(int number) const
@@ -81,7 +81,8 @@ public:
         result[d] = Vectors::spread(xi[d], number);
       return result;
     }
-    [[gnu::always_inline]] const int *particles(int number) const { return particle + Vectors::links * number; }
+    [[gnu::always_inline]] const std::ptrdiff_t *begins(int number) const { return begin + Vectors::links * number; }
+    int particle(int lane) const { return static_cast<int>(begin[lane] / 3); }
   };
   /// The batches of a cell stand one after the other.
   struct Cell
@@ -99,7 +100,7 @@ public:
   {
     for (std::size_t k = 0; k < all_batches.size(); ++k)
       for (int l = 0; l < n_link_lanes; ++l)
-        all_batches[k].particle[l] = links.links()[link_of[k][l]].particle;
+        all_batches[k].begin[l] = 3 * std::ptrdiff_t(links.links()[link_of[k][l]].particle);
   }
 
   const std::vector<Cell> &cells() const { return all_cells; }
@@ -112,8 +113,8 @@ public:
     kerf::fetch_after(all_batches, batch);
     constexpr int distance = 6;
     if (batch + distance < static_cast<int>(all_batches.size()))
-      for (const int i : all_batches[batch + distance].particle)
-        (__builtin_prefetch(arrays.data() + 3 * i), ...);
+      for (const std::ptrdiff_t begin : all_batches[batch + distance].begin)
+        (__builtin_prefetch(arrays.data() + begin), ...);
   }
 
   /// Coefficients of a vector field of the window's nodes, columns of a matrix, for value_of() a pack.

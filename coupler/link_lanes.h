@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 #ifdef __AVX512F__
@@ -41,20 +42,20 @@ struct LinkVectors<2>
 
   [[gnu::always_inline]] static One load_one(const double *v) { return *reinterpret_cast<const AnyPair *>(v); }
   [[gnu::always_inline]] static void store_one(double *v, const One &one) { *reinterpret_cast<AnyPair *>(v) = one; }
-  /// The vectors of some particles, from an array of three components a particle.
-  [[gnu::always_inline]] static LinkPack load(const double *v, const int *particle)
+  /// The vectors of some particles, which begin at these numbers of an array.
+  [[gnu::always_inline]] static LinkPack load(const double *v, const std::ptrdiff_t *begin)
   {
     const auto two = [&](int l) -> LinkLanes
-    { return __builtin_shufflevector(load_one(v + 3 * particle[l]), load_one(v + 3 * particle[l + 1]), 0, 1, 2, 3); };
+    { return __builtin_shufflevector(load_one(v + begin[l]), load_one(v + begin[l + 1]), 0, 1, 2, 3); };
     return __builtin_shufflevector(two(0), two(2), 0, 1, 2, 3, 4, 5, 6, 7);
   }
   /// Lanes that repeat the particle before them do not count: the last ones go first.
-  [[gnu::always_inline]] static void store(double *v, const int *particle, const LinkPack &pack)
+  [[gnu::always_inline]] static void store(double *v, const std::ptrdiff_t *begin, const LinkPack &pack)
   {
-    store_one(v + 3 * particle[3], __builtin_shufflevector(pack, pack, 6, 7));
-    store_one(v + 3 * particle[2], __builtin_shufflevector(pack, pack, 4, 5));
-    store_one(v + 3 * particle[1], __builtin_shufflevector(pack, pack, 2, 3));
-    store_one(v + 3 * particle[0], __builtin_shufflevector(pack, pack, 0, 1));
+    store_one(v + begin[3], __builtin_shufflevector(pack, pack, 6, 7));
+    store_one(v + begin[2], __builtin_shufflevector(pack, pack, 4, 5));
+    store_one(v + begin[1], __builtin_shufflevector(pack, pack, 2, 3));
+    store_one(v + begin[0], __builtin_shufflevector(pack, pack, 0, 1));
   }
   /// The number of each link for all of its components. @param number of the pack in the batch
   [[gnu::always_inline]] static LinkPack spread(const LinkLanes &v, int /*number*/)
@@ -119,14 +120,14 @@ struct LinkVectors<3>
     LinkVectors<2>::store_one(v, __builtin_shufflevector(one, one, 0, 1));
     v[2] = one[2];
   }
-  [[gnu::always_inline]] static LinkPack load(const double *v, const int *particle)
+  [[gnu::always_inline]] static LinkPack load(const double *v, const std::ptrdiff_t *begin)
   {
-    return __builtin_shufflevector(load_one(v + 3 * particle[0]), load_one(v + 3 * particle[1]), 0, 1, 2, 3, 4, 5, 6, 7);
+    return __builtin_shufflevector(load_one(v + begin[0]), load_one(v + begin[1]), 0, 1, 2, 3, 4, 5, 6, 7);
   }
-  [[gnu::always_inline]] static void store(double *v, const int *particle, const LinkPack &pack)
+  [[gnu::always_inline]] static void store(double *v, const std::ptrdiff_t *begin, const LinkPack &pack)
   {
-    store_one(v + 3 * particle[1], __builtin_shufflevector(pack, pack, 4, 5, 6, 7));
-    store_one(v + 3 * particle[0], __builtin_shufflevector(pack, pack, 0, 1, 2, 3));
+    store_one(v + begin[1], __builtin_shufflevector(pack, pack, 4, 5, 6, 7));
+    store_one(v + begin[0], __builtin_shufflevector(pack, pack, 0, 1, 2, 3));
   }
   [[gnu::always_inline]] static LinkPack spread(const LinkLanes &v, int number)
   {
@@ -165,30 +166,30 @@ struct LinkVectors<3>
   };
 };
 
-/// The vectors of the particles of a batch, from an array of three components a particle, by component.
+/// The vectors of the particles of a batch, which begin at these numbers of an array, by component.
 template <int dim>
-[[gnu::always_inline]] inline std::array<LinkLanes, dim> load_lanes(const double *values, const int *particle)
+[[gnu::always_inline]] inline std::array<LinkLanes, dim> load_lanes(const double *values, const std::ptrdiff_t *begin)
 {
-  const auto pair = [&](int l) { return LinkVectors<2>::load_one(values + 3 * particle[l]); };
+  const auto pair = [&](int l) { return LinkVectors<2>::load_one(values + begin[l]); };
   const LinkLanes even = __builtin_shufflevector(pair(0), pair(2), 0, 1, 2, 3),
                   odd = __builtin_shufflevector(pair(1), pair(3), 0, 1, 2, 3);
   std::array<LinkLanes, dim> result;
   result[0] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
   result[1] = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
   if constexpr (dim == 3)
-    result[2] = LinkLanes{values[3 * particle[0] + 2], values[3 * particle[1] + 2], values[3 * particle[2] + 2],
-                          values[3 * particle[3] + 2]};
+    result[2] = LinkLanes{values[begin[0] + 2], values[begin[1] + 2], values[begin[2] + 2], values[begin[3] + 2]};
   return result;
 }
 /// Adds to them; lanes that repeat a particle must be zero.
 template <int dim>
-[[gnu::always_inline]] inline void add_lanes(double *values, const int *particle, const std::array<LinkLanes, dim> &lanes)
+[[gnu::always_inline]] inline void add_lanes(double *values, const std::ptrdiff_t *begin,
+                                             const std::array<LinkLanes, dim> &lanes)
 {
   const LinkLanes even = __builtin_shufflevector(lanes[0], lanes[1], 0, 4, 2, 6),
                   odd = __builtin_shufflevector(lanes[0], lanes[1], 1, 5, 3, 7);
   const auto add = [&](int l, double x, double y)
   {
-    double *vector = values + 3 * particle[l];
+    double *vector = values + begin[l];
     LinkVectors<2>::store_one(vector, LinkVectors<2>::load_one(vector) + LinkPair{x, y});
     if constexpr (dim == 3)
       vector[2] += lanes[2][l];

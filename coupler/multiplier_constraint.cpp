@@ -157,7 +157,7 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
 }
 
 /// Holds light particles by springs along chi, relaxes fluctuations by f_i = -viscosity (v_i - sum_a N_a v_a), and adds up at
-/// the nodes, in this order of the rows: c N (velocity after the step, with what chi asks for to close), reaction of the
+/// the nodes, three rows each: c N (velocity after the step, with what chi asks for to close), reaction of the
 /// relaxation, reaction of the springs.
 template <int dim, bool periodic>
 void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles)
@@ -179,18 +179,19 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
       const auto &batch = ties.cells.batches()[k];
       for (int p = 0; p < n_packs<dim>; ++p)
       {
-        const int *particle = batch.particles(p), pack = n_packs<dim> * k + p;
+        const auto *at = batch.begins(p);
+        const int pack = n_packs<dim> * k + p;
         const auto xi = batch.place(p);
-        const LinkPack position = Vectors::load(particles.position.data(), particle),
-                       own_velocity = Vectors::load(particles.velocity.data(), particle),
-                       own_force = Vectors::load(particles.force.data(), particle);
+        const LinkPack position = Vectors::load(particles.position.data(), at),
+                       own_velocity = Vectors::load(particles.velocity.data(), at),
+                       own_force = Vectors::load(particles.force.data(), at);
         LinkPack gap = value_of(place, xi) - position; // -chi
         if (periodic)
           wrap<dim>(gap, packing.periodic);
         const LinkPack held = Vectors::spread(ties.spring[k], p) * gap,
                        relaxed = Vectors::spread(ties.viscosity[k], p) * (value_of(v, xi) - own_velocity),
                        total = own_force + held + relaxed;
-        Vectors::store(particles.force.data(), particle, total);
+        Vectors::store(particles.force.data(), at, total);
         const LinkPack ahead = own_velocity + tau * ties.mobility.of(k, p, cell) * total;
         energy += 0.5 * held * gap;
         add_moments(LinkPack(Vectors::spread(ties.c[k], p) * (ahead - closing * gap)), xi, momentum);
@@ -248,10 +249,11 @@ double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &par
       const auto &batch = ties.cells.batches()[k];
       for (int p = 0; p < n_packs<dim>; ++p)
       {
-        const int *particle = batch.particles(p), pack = n_packs<dim> * k + p;
+        const auto *at = batch.begins(p);
+        const int pack = n_packs<dim> * k + p;
         const LinkPack force = -Vectors::spread(ties.c[k], p) * value_of(multiplier, batch.place(p)),
                        load = ties.relaxed[pack] + force;
-        Vectors::store(particles.force.data(), particle, Vectors::load(particles.force.data(), particle) + force);
+        Vectors::store(particles.force.data(), at, Vectors::load(particles.force.data(), at) + force);
         power += ties.loads.exchange(pack, load) * ties.velocity[pack];
         couple.add(ties.gap[pack], load);
       }

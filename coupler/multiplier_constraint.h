@@ -73,7 +73,7 @@ private:
   Ties<2> ties_2d; // one of the two
   Ties<3> ties_3d;
   Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force; // of the window's nodes
-  Eigen::Matrix<double, 9, Eigen::Dynamic> sums;                     // over the ties at each node, see gather_gaps()
+  Eigen::Matrix<double, 9, Eigen::Dynamic> sums;                     // three vectors for each node, see gather_gaps()
   Eigen::MatrixXd lambda, ahead;                                     // of the nodes, a row an axis
   Eigen::Matrix3Xd node_force, reaction;                             // without and with the springs'
   double stored = 0.;                                                // in the springs [J]

@@ -194,14 +194,14 @@ void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
       const auto &batch = springs.cells.batches()[k];
       for (int p = 0; p < n_packs<dim>; ++p)
       {
-        const int *particle = batch.particles(p);
+        const auto *at = batch.begins(p);
         const auto xi = batch.place(p);
-        LinkPack gap = value_of(place, xi) - Vectors::load(particles.position.data(), particle); // -chi
+        LinkPack gap = value_of(place, xi) - Vectors::load(particles.position.data(), at); // -chi
         if (periodic)
           wrap<dim>(gap, packing.periodic);
         const LinkPack force = Vectors::spread(springs.stiffness[k], p) * gap;
         energy += 0.5 * force * gap;
-        Vectors::store(particles.force.data(), particle, Vectors::load(particles.force.data(), particle) + force);
+        Vectors::store(particles.force.data(), at, Vectors::load(particles.force.data(), at) + force);
         add_moments(force, xi, given);
       }
     }
@@ -238,7 +238,7 @@ void PenaltyConstraint::pull_corrected(Springs<dim> &springs, dem::Particles &pa
       springs.cells.fetch_after(k, particles.position, particles.force);
       const auto &batch = springs.cells.batches()[k];
       const auto &of_strain = springs.fluctuation[k];
-      const auto position = load_lanes<dim>(particles.position.data(), batch.particle);
+      const auto position = load_lanes<dim>(particles.position.data(), batch.begin);
       std::array<LinkLanes, dim> fluctuation = {}, &force = springs.force[k - begin];
       LinkLanes turned_back[dim] = {};
       for (int s = 0; s < n_strains; ++s)
@@ -262,7 +262,7 @@ void PenaltyConstraint::pull_corrected(Springs<dim> &springs, dem::Particles &pa
           turned[c][d] += force[c] * fluctuation[d];
         }
       }
-      add_lanes<dim>(particles.force.data(), batch.particle, force);
+      add_lanes<dim>(particles.force.data(), batch.begin, force);
       for (int s = 0; s < n_strains; ++s)
       {
         LinkLanes on_strain = {};

@@ -31,7 +31,7 @@ public:
     index.resize(cells.batches().size());
     for (std::size_t k = 0; k < index.size(); ++k)
       for (int l = 0; l < n_link_lanes; ++l)
-        index[k][l] = particles.index[cells.batches()[k].particle[l]];
+        index[k][l] = particles.index[cells.batches()[k].particle(l)];
   }
 
   /// After the links were updated: brings @p cells to the particles' new places. The forces of the step before are known to the
