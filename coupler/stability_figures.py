@@ -50,7 +50,7 @@ def draw_map(name, rows, path):
              if any(row["verdict"] == verdict for row in rows)]
     shown.append(Patch(facecolor="white", edgecolor="grey", hatch="///", label="step above the predicted limit"))
     axis.legend(handles=shown, loc="lower left", bbox_to_anchor=(0., 1.), ncol=2, frameon=False, fontsize=8)
-    figure.savefig(path)
+    figure.savefig(path, bbox_inches="tight")  # the legend may be wider than the map
     plt.close(figure)
 
 
