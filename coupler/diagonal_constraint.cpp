@@ -94,9 +94,7 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
         const LinkPack position = Vectors::load(particles.position.data(), at),
                        own_velocity = Vectors::load(particles.velocity.data(), at),
                        own_force = Vectors::load(particles.force.data(), at);
-        LinkPack gap = value_of(place, xi) - position; // -chi
-        if (periodic)
-          wrap<dim>(gap, packing.periodic);
+        const LinkPack gap = LinkCells<dim>::template gap<periodic>(place, xi, position, packing.periodic);
         const LinkPack rate = value_of(v, xi) - own_velocity - tau * ties.mobility.of(k, p, cell) * own_force;
         const LinkPack force = rate_of_tau * Vectors::spread(ties.pulled[k], p) * (rate + closing * gap);
         Vectors::store(particles.force.data(), at, own_force + force);

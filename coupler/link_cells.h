@@ -132,6 +132,16 @@ public:
     places_of_corners(cell, displacement, values);
     repeat_coefficients(values, result);
   }
+  /// -chi of a pack [m]. @param period of the axes in which space repeats itself [m]
+  template <bool periodic>
+  [[gnu::always_inline]] static LinkPack gap(const LinkPack (&places)[corners], const std::array<LinkPack, dim> &xi,
+                                             const LinkPack &position, const Eigen::Vector3d &period)
+  {
+    LinkPack result = value_of(places, xi) - position;
+    if (periodic)
+      wrap<dim>(result, period);
+    return result;
+  }
   /// The transpose: by its moments, @p sign times what the links of a cell give goes to the vectors of the nodes.
   template <typename Matrix>
   [[gnu::always_inline]] void scatter(const Cell &cell, const LinkPack (&moments)[corners], double sign, Matrix &&field) const

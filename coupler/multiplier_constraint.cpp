@@ -185,9 +185,7 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
         const LinkPack position = Vectors::load(particles.position.data(), at),
                        own_velocity = Vectors::load(particles.velocity.data(), at),
                        own_force = Vectors::load(particles.force.data(), at);
-        LinkPack gap = value_of(place, xi) - position; // -chi
-        if (periodic)
-          wrap<dim>(gap, packing.periodic);
+        const LinkPack gap = LinkCells<dim>::template gap<periodic>(place, xi, position, packing.periodic);
         const LinkPack held = Vectors::spread(ties.spring[k], p) * gap,
                        relaxed = Vectors::spread(ties.viscosity[k], p) * (value_of(v, xi) - own_velocity),
                        total = own_force + held + relaxed;

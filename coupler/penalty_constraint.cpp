@@ -196,9 +196,8 @@ void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
       {
         const auto *at = batch.begins(p);
         const auto xi = batch.place(p);
-        LinkPack gap = value_of(place, xi) - Vectors::load(particles.position.data(), at); // -chi
-        if (periodic)
-          wrap<dim>(gap, packing.periodic);
+        const LinkPack position = Vectors::load(particles.position.data(), at),
+                       gap = LinkCells<dim>::template gap<periodic>(place, xi, position, packing.periodic);
         const LinkPack force = Vectors::spread(springs.stiffness[k], p) * gap;
         energy += 0.5 * force * gap;
         Vectors::store(particles.force.data(), at, Vectors::load(particles.force.data(), at) + force);

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "dem_side/stored_bonds.h"
+
+#include <Eigen/Core>
 #include <algorithm>
+#include <vector>
 
 namespace kerf::dem
 {
@@ -18,17 +22,45 @@ inline double weighted_radius(double radius, double weight)
   return radius * std::max(weight, nothing);
 }
 
-inline double bond_weight(double weighted_first, double weighted_second, double radius_first, double radius_second)
+struct BondEnd
 {
-  return (weighted_first + weighted_second) / (radius_first + radius_second);
+  double radius;   ///< [m]
+  double weighted; ///< weighted_radius() [m]
+};
+inline BondEnd bond_end(double radius, double weight)
+{
+  return {radius, weighted_radius(radius, weight)};
+}
+
+inline double bond_weight(const BondEnd &first, const BondEnd &second)
+{
+  return (first.weighted + second.weighted) / (first.radius + second.radius);
 }
 
 /// Stiffness against turning apart, over that of an unweighted bond against shear times its length squared [-]: with it
 /// particles without weight are held as they would be at the end of half of the length.
-inline double bond_rolling(double weighted_first, double weighted_second, double radius_first, double radius_second)
+inline double bond_rolling(const BondEnd &first, const BondEnd &second)
 {
-  const double first = weighted_first * radius_second, second = weighted_second * radius_first;
-  const double difference = (first - second) / (first + second);
-  return 0.25 * difference * difference * bond_weight(weighted_first, weighted_second, radius_first, radius_second);
+  const double a = first.weighted * second.radius, b = second.weighted * first.radius;
+  const double difference = (a - b) / (a + b);
+  return 0.25 * difference * difference * bond_weight(first, second);
+}
+
+/// What a particle's mass is weighted by: the mean weight of its stored bonds to active particles, without any its own. (With
+/// its own weight alone a particle at the end of the overlap would be too light for its bonds.)
+/// @param active, @param weight by index in the packing
+inline double mass_weight(int particle, const Packing &packing, const StoredBonds &stored_bonds,
+                          const std::vector<char> &active, const Eigen::VectorXd &weight)
+{
+  const BondEnd end = bond_end(packing.radii[particle], weight[particle]);
+  double sum = 0.;
+  int n = 0;
+  for (const int j : stored_bonds.partners_of(particle))
+    if (active[j])
+    {
+      sum += bond_weight(end, bond_end(packing.radii[j], weight[j]));
+      ++n;
+    }
+  return n > 0 ? sum / n : weight[particle];
 }
 } // namespace kerf::dem

@@ -290,24 +290,13 @@ std::int64_t DemSide::Engine::n_bonds_to_fresh() const
   return n;
 }
 
-/// Mass = full mass x mean weight of the stored bonds to active particles (with its own weight alone a particle at
-/// the end of the overlap would be too light for its bonds).
 void DemSide::Engine::update_masses()
 {
   LAMMPS_NS::Atom &atom = *lmp->atom;
   for (int i = 0; i < atom.nlocal + atom.nghost; ++i)
   {
     const int particle = atom.tag[i] - 1;
-    const double radius = packing.radii[particle], weighted = weighted_radius(radius, weights[particle]);
-    double sum = 0.;
-    int n = 0;
-    for (const int j : stored_bonds.partners_of(particle))
-      if (active[j])
-      {
-        sum += bond_weight(weighted, weighted_radius(packing.radii[j], weights[j]), radius, packing.radii[j]);
-        ++n;
-      }
-    atom.rmass[i] = settings.density * packing.volume(particle) * (n > 0 ? sum / n : weights[particle]);
+    atom.rmass[i] = settings.density * packing.volume(particle) * mass_weight(particle, packing, stored_bonds, active, weights);
   }
 }
 

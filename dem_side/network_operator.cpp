@@ -22,27 +22,21 @@ NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stor
   for (int p = 0; p < static_cast<int>(particles.size()); ++p)
   {
     const int i = particles[p];
-    double sum = 0.;
-    int n = 0;
+    const BondEnd first = bond_end(packing.radii[i], weight[i]);
     for (const int j : stored_bonds.partners_of(i))
     {
-      if (!active[j])
-        continue;
-      const double radius = packing.radii[i], other_radius = packing.radii[j], weighted = weighted_radius(radius, weight[i]),
-                   other_weighted = weighted_radius(other_radius, weight[j]);
-      const double of_bond = bond_weight(weighted, other_weighted, radius, other_radius);
-      sum += of_bond;
-      ++n;
       const auto other = std::lower_bound(particles.begin() + p, particles.end(), j);
-      if (j < i || other == particles.end() || *other != j)
+      if (!active[j] || j < i || other == particles.end() || *other != j)
         continue;
+      const BondEnd second = bond_end(packing.radii[j], weight[j]);
+      const double of_bond = bond_weight(first, second);
       const Eigen::Vector3d branch = packing.shortest(packing.positions.col(j) - packing.positions.col(i));
-      const double length = branch.norm(), lever = length * weighted / (weighted + other_weighted);
+      const double length = branch.norm(), lever = length * first.weighted / (first.weighted + second.weighted);
       bonds.push_back({dofs * p, dofs * static_cast<int>(other - particles.begin()), branch / length, lever, length - lever,
                        of_bond * material.k_n, of_bond * material.k_t,
-                       bond_rolling(weighted, other_weighted, radius, other_radius) * material.k_t * length * length});
+                       bond_rolling(first, second) * material.k_t * length * length});
     }
-    const double mass = material.density * packing.volume(i) * (n > 0 ? sum / n : weight[i]);
+    const double mass = material.density * packing.volume(i) * mass_weight(i, packing, stored_bonds, active, weight);
     inertia.segment(dofs * p, dim).setConstant(mass);
     inertia.segment(dofs * p + dim, dofs - dim).setConstant(inertia_factor * mass * packing.radii[i] * packing.radii[i]);
   }
@@ -151,7 +145,8 @@ Eigen::VectorXd NetworkOperator::diagonal_in() const
     }
     for (int axis = 0; axis < rotations<dim>; ++axis)
     {
-      const double tilt = dim == 2 ? 1. : 1. - n[axis % dim] * n[axis % dim];
+      using Spin = Eigen::Matrix<double, rotations<dim>, 1>;
+      const double tilt = across(n, Spin(Spin::Unit(axis)))[axis];
       result[bond.first + dim + axis] += bond.rolling_k * tilt;
       result[bond.second + dim + axis] += bond.rolling_k * tilt;
     }

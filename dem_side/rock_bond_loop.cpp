@@ -261,9 +261,8 @@ void RockBondLoop<dim>::add_pair_loads(bool step)
 template <int dim>
 typename RockBondLoop<dim>::OrderedPair RockBondLoop<dim>::ordered(int i, int j) const
 {
-  const Row &first = rows[i], &second = rows[j];
-  const double weight = bond_weight(first.weighted_radius, second.weighted_radius, first.radius, second.radius),
-               rolling = bond_rolling(first.weighted_radius, second.weighted_radius, first.radius, second.radius);
+  const BondEnd first{rows[i].radius, rows[i].weighted_radius}, second{rows[j].radius, rows[j].weighted_radius};
+  const double weight = bond_weight(first, second), rolling = bond_rolling(first, second);
   if (j < lmp.atom->nlocal)
     return {i, j, 1., 1., weight, rolling};
   if (lmp.atom->tag[i] < lmp.atom->tag[j])
@@ -293,11 +292,17 @@ law::Pair<dim> RockBondLoop<dim>::bond_geometry(const OrderedPair &pair) const
 }
 
 template <int dim>
-law::BondStrain<dim> RockBondLoop<dim>::bond_strain(const OrderedPair &pair, const PairHistory &history) const
+std::array<law::Vector<dim>, 2> RockBondLoop<dim>::turned_normals(const OrderedPair &pair, const PairHistory &history) const
 {
   const Vector normal = pair.sign * vector<dim>(history.vector);
-  return law::bond_strain<dim>(bond_geometry(pair), history.rest_length, rows[pair.first].turn() * normal,
-                               rows[pair.second].turn() * normal);
+  return {{rows[pair.first].turn() * normal, rows[pair.second].turn() * normal}};
+}
+
+template <int dim>
+law::BondStrain<dim> RockBondLoop<dim>::bond_strain(const OrderedPair &pair, const PairHistory &history) const
+{
+  const auto [of_first, of_second] = turned_normals(pair, history);
+  return law::bond_strain<dim>(bond_geometry(pair), history.rest_length, of_first, of_second);
 }
 
 template <int dim>
@@ -305,8 +310,7 @@ double RockBondLoop<dim>::bond_power(const OrderedPair &pair, const law::BondStr
                                      const PairHistory &history) const
 {
   const Row &first = rows[pair.first], &second = rows[pair.second];
-  const Vector normal = pair.sign * vector<dim>(history.vector), of_first = first.turn() * normal,
-               of_second = second.turn() * normal;
+  const auto [of_first, of_second] = turned_normals(pair, history);
   const auto load =
     law::bond_load<dim>(bond_geometry(pair), strain, history.rest_length, of_first, of_second, parameters.bond, pair.weight);
   const auto rolling = law::rolling_torque<dim>(pair.rolling, history.rest_length, of_first, of_second, parameters.bond);
@@ -318,10 +322,9 @@ template <int dim>
 double RockBondLoop<dim>::bond_energy(const OrderedPair &pair, const law::BondStrain<dim> &strain,
                                       const PairHistory &history) const
 {
-  const Vector normal = pair.sign * vector<dim>(history.vector);
+  const auto [of_first, of_second] = turned_normals(pair, history);
   return pair.weight * law::bond_energy<dim>(strain, parameters.bond) +
-         law::rolling_energy<dim>(pair.rolling, history.rest_length, rows[pair.first].turn() * normal,
-                                  rows[pair.second].turn() * normal, parameters.bond);
+         law::rolling_energy<dim>(pair.rolling, history.rest_length, of_first, of_second, parameters.bond);
 }
 
 template <int dim>

@@ -4,6 +4,7 @@
 #include "dem_side/intact_bonds.h"
 #include "dem_side/rock_bond_style.h"
 
+#include <array>
 #include <neigh_list.h>
 
 namespace kerf::dem
@@ -74,6 +75,8 @@ private:
   LoosePair loose(const OrderedPair &pair, PairHistory &history, int &flag) const;
   law::Pair<dim> geometry(const OrderedPair &pair) const;
   law::Pair<dim> bond_geometry(const OrderedPair &pair) const; ///< with the branches of a weighted bond
+  /// The reference normal of a bond, turned with either particle.
+  std::array<Vector, 2> turned_normals(const OrderedPair &pair, const PairHistory &history) const;
   law::BondStrain<dim> bond_strain(const OrderedPair &pair, const PairHistory &history) const;
   /// Of an intact bond, weighted [J].
   double bond_energy(const OrderedPair &pair, const law::BondStrain<dim> &strain, const PairHistory &history) const;

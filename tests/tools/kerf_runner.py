@@ -55,6 +55,6 @@ def exchange_share(parts):
     return parts["exchange"][0] / sum(seconds for part, (seconds, _) in parts.items() if part not in ("activation", "output"))
 
 
-def activation_share(parts):
-    """Of the whole run."""
-    return parts["activation"][0] / sum(seconds for seconds, _ in parts.values())
+def share_of_run(parts, part):
+    """Of the whole run, with changes of models and output."""
+    return parts[part][0] / sum(seconds for seconds, _ in parts.values())

@@ -126,7 +126,7 @@ def settled(seeds, results, start, unit):
 
 def changes_of_models(directories):
     """What the timer tables of runs say of their activations."""
-    shares = [100. * kerf_runner.activation_share(kerf_runner.timer_table(directory)) for directory in directories]
+    shares = [100. * kerf_runner.share_of_run(kerf_runner.timer_table(directory), "activation") for directory in directories]
     return f"Changes of models take {np.mean(shares):.1f} % of the time of the adaptive runs, {max(shares):.1f} % at most."
 
 
