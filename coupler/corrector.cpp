@@ -83,7 +83,7 @@ void Corrector::solve(double k_n, double k_t, int n_nodes)
       p = r + next / rr * p;
       rr = next;
     }
-    fluctuation.col(k) = scale.cwiseProduct(y);
+    fluctuation.col(k) = scale.cwiseProduct(y).cast<float>();
   }
 }
 
@@ -193,31 +193,31 @@ void Corrector::place_in(std::vector<dem::NewParticle> &particles, const Eigen::
       }
     return entry.first->second;
   };
-  for (std::size_t k = 0; k < particles.size(); ++k)
+  for (dem::NewParticle &particle : particles)
   {
-    dem::NewParticle &particle = particles[k];
     const fem::Interpolation &place = place_of[particle.index];
+    if (place.cell < 0)
+      continue;
     Matrix3d F = Matrix3d::Identity(), rate = Matrix3d::Zero(), E = rate, E_rate = rate;
-    constexpr int corners = 1 << dim;
-    int n = 0;
-    const auto add = [&](int node, double N)
-    {
-      const auto &[H, H_rate] = gradients_at(node);
-      F += H / corners;
-      rate += H_rate / corners;
-      E += 0.5 * N * (H + H.transpose() + H.transpose() * H);
-      E_rate += 0.5 * N * (H_rate + H_rate.transpose() + H.transpose() * H_rate + H_rate.transpose() * H);
-      ++n;
-    };
-    int first = -1;
+    std::vector<int> carriers;
     for (int a = 0; a < place.n; ++a)
       if (place.N[a] > 1e-12)
       {
-        add(place.nodes[a], place.N[a]);
-        first = first < 0 ? place.nodes[a] : first;
+        const auto &[H, H_rate] = gradients_at(place.nodes[a]);
+        E += 0.5 * place.N[a] * (H + H.transpose() + H.transpose() * H);
+        E_rate += 0.5 * place.N[a] * (H_rate + H_rate.transpose() + H.transpose() * H_rate + H_rate.transpose() * H);
+        carriers.push_back(place.nodes[a]);
       }
-    while (first >= 0 && n < corners) // of a point on a face; LinkCells takes the whole cell's mean there
-      add(first, 0.);
+    const std::vector<int> turning = recovered.turning(place.cell, carriers);
+    for (const int cell : turning)
+    {
+      const fem::Interpolation &centre = recovered.centre_of(cell);
+      for (int a = 0; a < centre.n; ++a)
+      {
+        F += u.col(centre.nodes[a]) * centre.dN.col(a).transpose() / turning.size();
+        rate += v.col(centre.nodes[a]) * centre.dN.col(a).transpose() / turning.size();
+      }
+    }
     Eigen::Matrix<double, 6, 1> moved = Eigen::Matrix<double, 6, 1>::Zero(), moving = moved; // turns last
     for (int s = 0; s < StrainComponents<dim>::n; ++s)
     {

@@ -3,6 +3,7 @@
 
 #include "coupler/overlap.h"
 #include "coupler/recovered_gradient.h"
+#include "coupler/strain_components.h"
 #include "dem_side/dem_side.h"
 
 #include <array>
@@ -11,28 +12,12 @@
 
 namespace kerf
 {
-/// Components of a strain. Those off the diagonal are shear angles, twice the tensor's.
-template <int dim>
-struct StrainComponents;
-template <>
-struct StrainComponents<2>
-{
-  static constexpr int n = 3;
-  static constexpr int axes[n][2] = {{0, 0}, {1, 1}, {0, 1}};
-};
-template <>
-struct StrainComponents<3>
-{
-  static constexpr int n = 6;
-  static constexpr int axes[n][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
-};
-
 /// How the particles of a random packing fluctuate about a smooth field, by the strain of the field: C_i of
 ///   K C + W^T lambda = -K (eps x),   W C = 0,   W = N^T m,
 /// for each unit strain eps of the bonded packing as it lies in the store, with its free surfaces. The mean around every node
 /// stays that of the field, so only what the cells cannot resolve is left. A particle belongs at
 ///   X_i + u + F C_i : E,   u = N u_a,   E = N E_a,   E_a = (F_a^T F_a - 1)/2,   F_a = 1 + H_a
-/// with the gradients H_a recovered at the nodes and F the mean of F_a over the corners of its cell. So the fluctuation turns
+/// with the gradients H_a recovered at the nodes and F that in the middle of its cell. So the fluctuation turns
 /// with the rock, and an energy of the gap to that place is none of a rotation: it keeps angular momentum.
 class Corrector
 {
@@ -82,7 +67,7 @@ private:
 
   const dem::Packing &packing;
   std::vector<fem::Interpolation> place_of; // of the particles
-  Eigen::MatrixXd fluctuation;              // translations, then rotations of each particle by unit strains
+  Eigen::MatrixXf fluctuation;              // translations, then rotations of each particle by unit strains
   RecoveredGradient recovered;
   std::unordered_map<int, Lengths> known_lengths; // by particle
 };

@@ -64,6 +64,8 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
 }
 
 /// Adds the forces. Returns the power of the forces of the step before and of these on the particles [W].
+/// What asks for a force is linear in velocities and places, so that dchi/dt + kappa chi/dt is the difference of one field of
+/// the nodes and one number of the particle.
 template <int dim, bool periodic>
 double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
@@ -71,15 +73,16 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
   constexpr int corners = LinkCells<dim>::corners;
   const double closing = settings.closing / settings.time_step, rate_of_tau = 1. / tau;
   node_force.setZero(3, links.n_window());
+  wanted = ahead + closing * displacement;
   LinkPack power = {};
-  typename Vectors::Couple couple;
+  typename Vectors::Couple of_particles, of_nodes; // about the origin
   int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
-    LinkPack place[corners], v[corners];
-    ties.cells.places(cell, displacement, place);
-    ties.cells.coefficients(cell, ahead, v);
-    const int begin = k;
+    LinkPack place[corners], rate[corners], given[corners] = {};
+    ties.cells.places(cell, wanted, rate, closing);
+    if (periodic)
+      ties.cells.places(cell, displacement, place);
     for (; k < cell.end; ++k)
     {
       ties.cells.fetch_after(k, particles.position, particles.velocity, particles.force);
@@ -87,25 +90,31 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
       ties.mobility.fetch_after(k);
       fetch_after(ties.pulled, k);
       const auto &batch = ties.cells.batches()[k];
+#pragma GCC unroll 2
       for (int p = 0; p < n_packs<dim>; ++p)
       {
         const auto *at = batch.begins(p);
         const auto xi = batch.place(p);
-        const LinkPack position = Vectors::load(particles.position.data(), at),
-                       own_velocity = Vectors::load(particles.velocity.data(), at),
+        const LinkPack own_velocity = Vectors::load(particles.velocity.data(), at),
                        own_force = Vectors::load(particles.force.data(), at);
-        const LinkPack gap = LinkCells<dim>::template gap<periodic>(place, xi, position, packing.periodic);
-        const LinkPack rate = value_of(v, xi) - own_velocity - tau * ties.mobility.of(k, p, cell) * own_force;
-        const LinkPack force = rate_of_tau * Vectors::spread(ties.pulled[k], p) * (rate + closing * gap);
+        LinkPack position = Vectors::load(particles.position.data(), at);
+        if (periodic) // the image next to its place
+          position = value_of(place, xi) - LinkCells<dim>::template gap<true>(place, xi, position, packing.periodic);
+        const LinkPack asked =
+          value_of(rate, xi) - own_velocity - closing * position - tau * ties.mobility.of(k, p, cell) * own_force;
+        const LinkPack force = rate_of_tau * Vectors::spread(ties.pulled[k], p) * asked;
         Vectors::store(particles.force.data(), at, own_force + force);
         power += ties.loads.exchange(n_packs<dim> * k + p, force) * own_velocity;
-        couple.add(gap, force);
+        of_particles.add(position, force);
+        add_moments(force, xi, given);
       }
     }
-    ties.cells.scatter(
-      cell, begin, [&](int pack) { return ties.loads.of(pack); }, -1., node_force);
+    ties.cells.places(cell, displacement, place);
+    for (int m = 0; m < corners; ++m)
+      of_nodes.add(place[m], given[m]);
+    ties.cells.scatter(cell, given, -1., node_force);
   }
-  couples.add(couple.sum(), displacement, node_force);
+  couples.add(of_nodes.sum() - of_particles.sum(), displacement, node_force);
   return sum_of(power);
 }
 } // namespace kerf

@@ -54,7 +54,7 @@ private:
   OverlapLinks links;
   Ties<2> ties_2d; // one of the two
   Ties<3> ties_3d;
-  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, force, node_force; // of the window's nodes
+  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, wanted, force, node_force; // of the window's nodes
   NodeCouple couples;
   InterfaceWork work;
 };

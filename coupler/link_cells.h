@@ -30,9 +30,10 @@ template <typename Value, std::size_t corners>
 }
 
 /// The field with these coefficients at places xi in the cell.
-template <typename Coefficient, std::size_t corners, typename Place>
-[[gnu::always_inline]] inline auto value_of(const Coefficient (&coefficient)[corners], const Place &xi)
+template <typename Coefficients, typename Place>
+[[gnu::always_inline]] inline auto value_of(const Coefficients &coefficient, const Place &xi)
 {
+  constexpr std::size_t corners = 1 << std::tuple_size_v<Place>;
   typename Place::value_type part[corners / 2];
   for (std::size_t m = 0; m < corners / 2; ++m)
     part[m] = coefficient[2 * m] + xi[0] * coefficient[2 * m + 1];
@@ -125,11 +126,13 @@ public:
     at_corners(cell, field, values);
     repeat_coefficients(values, result);
   }
-  /// Of the places of the finite elements now, which links tie particles to [m].
-  [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement, LinkPack (&result)[corners]) const
+  /// Of the places of the finite elements now, which links tie particles to [m]; or of these times @p rate, when the field is
+  /// more than displacements times that.
+  [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement, LinkPack (&result)[corners],
+                                     double rate = 1.) const
   {
     One values[corners];
-    places_of_corners(cell, displacement, values);
+    places_of_corners(cell, displacement, values, rate);
     repeat_coefficients(values, result);
   }
   /// -chi of a pack [m]. @param period of the axes in which space repeats itself [m]
@@ -146,15 +149,10 @@ public:
   template <typename Matrix>
   [[gnu::always_inline]] void scatter(const Cell &cell, const LinkPack (&moments)[corners], double sign, Matrix &&field) const
   {
-    One part[corners];
+    One sums[corners];
     for (int m = 0; m < corners; ++m)
-      part[m] = sign * Vectors::fold(moments[m]);
-    give_to_masters(cell, part);
-    for (int a = 0; a < corners; ++a)
-    {
-      double *vector = field.data() + field.outerStride() * cell.node[a];
-      Vectors::store_one(vector, Vectors::load_one(vector) + part[a]);
-    }
+      sums[m] = sign * Vectors::fold(moments[m]);
+    scatter(cell, sums, field);
   }
 
   /// given(pack) of the packs of a cell from batch @p begin on, in a loop of its own: the moments stay in registers.
@@ -168,40 +166,38 @@ public:
     scatter(cell, moments, sign, field);
   }
 
-  /// The same for lanes: of rows of a field.
-  template <std::size_t n, typename Field>
-  [[gnu::always_inline]] void coefficients(const Cell &cell, const Field &field, double (&result)[n][corners]) const
+  /// Coefficients by vectors of the nodes, one for all links.
+  template <typename Value>
+  [[gnu::always_inline]] void coefficients_of(const Cell &cell, const std::vector<Value> &of_nodes,
+                                              Value (&result)[corners]) const
   {
-    for (std::size_t c = 0; c < n; ++c)
-    {
-      for (int a = 0; a < corners; ++a)
-        result[c][a] = field(c, cell.node[a]);
-      from_masters(cell, result[c]);
-      to_coefficients(result[c]);
-    }
-  }
-  [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement,
-                                     double (&result)[dim][corners]) const
-  {
-    One values[corners];
-    places_of_corners(cell, displacement, values);
-    to_coefficients(values);
-    for (int c = 0; c < dim; ++c)
-      for (int m = 0; m < corners; ++m)
-        result[c][m] = values[m][c];
-  }
-  template <typename Given, typename Field>
-  [[gnu::always_inline]] void scatter(const Cell &cell, int begin, const Given &given, double sign, int row, Field &field) const
-  {
-    LinkLanes moments[corners] = {};
-    for (int k = begin; k < cell.end; ++k)
-      add_moments(given(k), all_batches[k].xi, moments);
-    double part[corners];
-    for (int m = 0; m < corners; ++m)
-      part[m] = sign * sum_of(moments[m]);
-    give_to_masters(cell, part);
     for (int a = 0; a < corners; ++a)
-      field(row, cell.node[a]) += part[a];
+      result[a] = of_nodes[cell.node[a]];
+    from_masters(cell, result);
+    to_coefficients(result);
+  }
+  [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement, One (&result)[corners]) const
+  {
+    places_of_corners(cell, displacement, result);
+    to_coefficients(result);
+  }
+  /// The transpose: what belongs to the moments is added to the nodes.
+  template <typename Value>
+  [[gnu::always_inline]] void scatter_to(const Cell &cell, Value (&moments)[corners], std::vector<Value> &to_nodes) const
+  {
+    give_to_masters(cell, moments);
+    for (int a = 0; a < corners; ++a)
+      to_nodes[cell.node[a]] += moments[a];
+  }
+  template <typename Matrix>
+  [[gnu::always_inline]] void scatter(const Cell &cell, One (&moments)[corners], Matrix &&field) const
+  {
+    give_to_masters(cell, moments);
+    for (int a = 0; a < corners; ++a)
+    {
+      double *vector = field.data() + field.outerStride() * cell.node[a];
+      Vectors::store_one(vector, Vectors::load_one(vector) + moments[a]);
+    }
   }
 
   /// A number of every link, in the lanes of the batches.
@@ -230,12 +226,12 @@ private:
       values[a] = Vectors::load_one(field.data() + field.outerStride() * cell.node[a]);
     from_masters(cell, values);
   }
-  [[gnu::always_inline]] void places_of_corners(const Cell &cell, const Eigen::Matrix3Xd &displacement,
-                                                One (&values)[corners]) const
+  [[gnu::always_inline]] void places_of_corners(const Cell &cell, const Eigen::Matrix3Xd &displacement, One (&values)[corners],
+                                                double rate = 1.) const
   {
     at_corners(cell, displacement, values);
     for (int a = 0; a < corners; ++a)
-      values[a] += cell.place[a];
+      values[a] += rate * cell.place[a];
   }
   [[gnu::always_inline]] static void repeat_coefficients(One (&values)[corners], LinkPack (&result)[corners])
   {
@@ -365,28 +361,33 @@ class Mobility
 public:
   void assign(const LinkCells<dim> &cells, const OverlapLinks &links, const dem::Particles &particles)
   {
+    using Vectors = LinkVectors<dim>;
     inverse_mass = cells.lanes_of([&](std::size_t k) { return 1. / particles.mass[links.links()[k].particle]; });
-    for (int axis = 0; axis < dim; ++axis)
-      is_free[axis] = cells.lanes_of([&](std::size_t k) { return links.links()[k].blocked[axis] ? 0. : 1.; });
+    of_pack.clear();
+    if (std::none_of(cells.cells().begin(), cells.cells().end(), [](const auto &cell) { return cell.blocked; }))
+      return;
+    for (std::size_t k = 0; k < inverse_mass.size(); ++k)
+      for (int p = 0; p < n_packs<dim>; ++p)
+      {
+        LinkPack pack = Vectors::spread(inverse_mass[k], p);
+        for (int l = 0; l < Vectors::links; ++l)
+          for (int c = 0; c < dim; ++c)
+            if (links.links()[cells.link(k, Vectors::links * p + l)].blocked[c])
+              pack[Vectors::components * l + c] = 0.;
+        of_pack.push_back(pack);
+      }
   }
   [[gnu::always_inline]] void fetch_after(int batch) const { kerf::fetch_after(inverse_mass, batch); }
   /// Of pack @p number of a batch.
   [[gnu::always_inline]] LinkPack of(int batch, int number, const typename LinkCells<dim>::Cell &cell) const
   {
-    const LinkPack result = LinkVectors<dim>::spread(inverse_mass[batch], number);
-    return __builtin_expect(cell.blocked, false) ? blocked(result, batch, number) : result; // few are, the rest is not read
+    if (__builtin_expect(cell.blocked, false))
+      return of_pack[n_packs<dim> * batch + number];
+    return LinkVectors<dim>::spread(inverse_mass[batch], number);
   }
 
 private:
-  [[gnu::noinline]] LinkPack blocked(LinkPack mobility, int batch, int number) const
-  {
-    using Vectors = LinkVectors<dim>;
-    for (int l = 0; l < Vectors::links; ++l)
-      for (int c = 0; c < dim; ++c)
-        mobility[Vectors::components * l + c] *= is_free[c][batch][Vectors::links * number + l];
-    return mobility;
-  }
-
-  std::vector<LinkLanes> inverse_mass, is_free[dim];
+  std::vector<LinkLanes> inverse_mass;
+  std::vector<LinkPack> of_pack; // when a cell is blocked, which few are
 };
 } // namespace kerf

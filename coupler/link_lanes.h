@@ -11,15 +11,35 @@
 #include <immintrin.h>
 #endif
 
-/// Several links of particles to a cell at once, in two orders: LinkLanes are one number of four links; a LinkPack is vectors
-/// as they stand in the arrays of particles and nodes, x y of four links in the plane and x y z of two in space, which come and
-/// go without being sorted by component.
+/// Several links of particles to a cell at once: LinkLanes are one number of four links; a LinkPack is vectors as they stand in
+/// the arrays of particles and nodes, x y of four links in the plane and x y z of two in space, which come and go without being
+/// sorted by component; where many numbers belong to a link, it is one number of eight.
 namespace kerf
 {
 constexpr int n_link_lanes = 4;
 typedef double LinkLanes __attribute__((vector_size(n_link_lanes * sizeof(double))));
 typedef double LinkPair __attribute__((vector_size(2 * sizeof(double))));
 typedef double LinkPack __attribute__((vector_size(8 * sizeof(double))));
+
+typedef float FloatPack __attribute__((vector_size(8 * sizeof(float))));
+
+/// What is kept of a pack in single precision, to move half as much.
+[[gnu::always_inline]] inline FloatPack narrowed(const LinkPack &v)
+{
+#ifdef __AVX512F__
+  return _mm512_cvtpd_ps(v); // GCC 12 makes many instructions of the conversion of vectors
+#else
+  return __builtin_convertvector(v, FloatPack);
+#endif
+}
+[[gnu::always_inline]] inline LinkPack widened(const FloatPack &v)
+{
+#ifdef __AVX512F__
+  return _mm512_cvtps_pd(v);
+#else
+  return __builtin_convertvector(v, LinkPack);
+#endif
+}
 
 inline double sum_of(const LinkLanes &v)
 {
@@ -34,6 +54,16 @@ inline double sum_of(const LinkPack &v)
 template <int dim>
 struct LinkVectors;
 
+/// Both one after the other.
+[[gnu::always_inline]] inline LinkPack joined(const LinkLanes &first, const LinkLanes &last)
+{
+#ifdef __AVX512F__
+  return _mm512_insertf64x4(_mm512_castpd256_pd512(first), last, 1); // for a shuffle GCC 12 copies both before
+#else
+  return __builtin_shufflevector(first, last, 0, 1, 2, 3, 4, 5, 6, 7);
+#endif
+}
+
 template <>
 struct LinkVectors<2>
 {
@@ -47,7 +77,7 @@ struct LinkVectors<2>
   {
     const auto two = [&](int l) -> LinkLanes
     { return __builtin_shufflevector(load_one(v + begin[l]), load_one(v + begin[l + 1]), 0, 1, 2, 3); };
-    return __builtin_shufflevector(two(0), two(2), 0, 1, 2, 3, 4, 5, 6, 7);
+    return joined(two(0), two(2));
   }
   /// Lanes that repeat the particle before them do not count: the last ones go first.
   [[gnu::always_inline]] static void store(double *v, const std::ptrdiff_t *begin, const LinkPack &pack)
@@ -122,7 +152,7 @@ struct LinkVectors<3>
   }
   [[gnu::always_inline]] static LinkPack load(const double *v, const std::ptrdiff_t *begin)
   {
-    return __builtin_shufflevector(load_one(v + begin[0]), load_one(v + begin[1]), 0, 1, 2, 3, 4, 5, 6, 7);
+    return joined(load_one(v + begin[0]), load_one(v + begin[1]));
   }
   [[gnu::always_inline]] static void store(double *v, const std::ptrdiff_t *begin, const LinkPack &pack)
   {
@@ -166,38 +196,75 @@ struct LinkVectors<3>
   };
 };
 
-/// The vectors of the particles of a batch, which begin at these numbers of an array, by component.
+/// Eight links at once, a number of each: vectors sorted by component. Link @p slot of packs one after the other is lane
+/// lane_of(slot).
+constexpr int n_octet = 8;
 template <int dim>
-[[gnu::always_inline]] inline std::array<LinkLanes, dim> load_lanes(const double *values, const std::ptrdiff_t *begin)
+constexpr int lane_of(int slot)
 {
-  const auto pair = [&](int l) { return LinkVectors<2>::load_one(values + begin[l]); };
-  const LinkLanes even = __builtin_shufflevector(pair(0), pair(2), 0, 1, 2, 3),
-                  odd = __builtin_shufflevector(pair(1), pair(3), 0, 1, 2, 3);
-  std::array<LinkLanes, dim> result;
-  result[0] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
-  result[1] = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
-  if constexpr (dim == 3)
-    result[2] = LinkLanes{values[begin[0] + 2], values[begin[1] + 2], values[begin[2] + 2], values[begin[3] + 2]};
-  return result;
+  return dim == 2 ? slot : slot / 2 + 4 * (slot % 2);
+}
+/// The vectors of eight particles, which begin at these numbers of an array, by component.
+template <int dim>
+[[gnu::always_inline]] inline std::array<LinkPack, dim> load_octet(const double *v, const std::ptrdiff_t *begin)
+{
+  const auto pack = [&](int p) { return LinkVectors<dim>::load(v, begin + LinkVectors<dim>::links * p); };
+  if constexpr (dim == 2)
+  {
+    const LinkPack a = pack(0), b = pack(1);
+    return {
+      {__builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14), __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15)}};
+  }
+  else
+  {
+    const LinkPack a = pack(0), b = pack(1), c = pack(2), d = pack(3);
+    const LinkPack first = __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14), // x z of a and b
+      last = __builtin_shufflevector(c, d, 0, 8, 2, 10, 4, 12, 6, 14),               // of c and d
+      first_y = __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15),
+                   last_y = __builtin_shufflevector(c, d, 1, 9, 3, 11, 5, 13, 7, 15);
+    return {{__builtin_shufflevector(first, last, 0, 1, 8, 9, 4, 5, 12, 13),
+             __builtin_shufflevector(first_y, last_y, 0, 1, 8, 9, 4, 5, 12, 13),
+             __builtin_shufflevector(first, last, 2, 3, 10, 11, 6, 7, 14, 15)}};
+  }
 }
 /// Adds to them; lanes that repeat a particle must be zero.
 template <int dim>
-[[gnu::always_inline]] inline void add_lanes(double *values, const std::ptrdiff_t *begin,
-                                             const std::array<LinkLanes, dim> &lanes)
+[[gnu::always_inline]] inline void add_octet(double *v, const std::ptrdiff_t *begin,
+                                             const std::array<LinkPack, dim> &by_component)
 {
-  const LinkLanes even = __builtin_shufflevector(lanes[0], lanes[1], 0, 4, 2, 6),
-                  odd = __builtin_shufflevector(lanes[0], lanes[1], 1, 5, 3, 7);
-  const auto add = [&](int l, double x, double y)
+  using Vectors = LinkVectors<dim>;
+  const auto add = [&](int p, const LinkPack &pack)
   {
-    double *vector = values + begin[l];
-    LinkVectors<2>::store_one(vector, LinkVectors<2>::load_one(vector) + LinkPair{x, y});
-    if constexpr (dim == 3)
-      vector[2] += lanes[2][l];
+    const std::ptrdiff_t *at = begin + Vectors::links * p;
+    Vectors::store(v, at, Vectors::load(v, at) + pack);
   };
-  add(0, even[0], even[1]);
-  add(1, odd[0], odd[1]);
-  add(2, even[2], even[3]);
-  add(3, odd[2], odd[3]);
+  if constexpr (dim == 2)
+  {
+    const auto &[x, y] = by_component;
+    add(0, __builtin_shufflevector(x, y, 0, 8, 1, 9, 2, 10, 3, 11));
+    add(1, __builtin_shufflevector(x, y, 4, 12, 5, 13, 6, 14, 7, 15));
+  }
+  else
+  {
+    const auto &[x, y, z] = by_component;
+    const LinkPack even = __builtin_shufflevector(x, y, 0, 8, 2, 10, 4, 12, 6, 14),
+                   odd = __builtin_shufflevector(x, y, 1, 9, 3, 11, 5, 13, 7, 15);
+    add(0, __builtin_shufflevector(even, z, 0, 1, 8, 8, 4, 5, 12, 12));
+    add(1, __builtin_shufflevector(odd, z, 0, 1, 9, 9, 4, 5, 13, 13));
+    add(2, __builtin_shufflevector(even, z, 2, 3, 10, 10, 6, 7, 14, 14));
+    add(3, __builtin_shufflevector(odd, z, 2, 3, 11, 11, 6, 7, 15, 15));
+  }
+}
+/// The sums of eight.
+[[gnu::always_inline]] inline LinkPack sums_of(const LinkPack (&v)[8])
+{
+  const auto pairs = [](const LinkPack &a, const LinkPack &b) -> LinkPack {
+    return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14) + __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
+  };
+  const auto halves = [](const LinkPack &a, const LinkPack &b) -> LinkPack {
+    return __builtin_shufflevector(a, b, 0, 1, 4, 5, 8, 9, 12, 13) + __builtin_shufflevector(a, b, 2, 3, 6, 7, 10, 11, 14, 15);
+  };
+  return halves(halves(pairs(v[0], v[1]), pairs(v[2], v[3])), halves(pairs(v[4], v[5]), pairs(v[6], v[7])));
 }
 
 /// Packs of a batch of links.
@@ -206,9 +273,10 @@ constexpr int n_packs = n_link_lanes / LinkVectors<dim>::links;
 
 /// Asks the memory for what is needed soon after @p begin, @p n at a time.
 template <typename Element>
-[[gnu::always_inline]] inline void fetch_after(const std::vector<Element> &values, std::size_t begin, std::size_t n = 1)
+[[gnu::always_inline]] inline void fetch_after(const std::vector<Element> &values, std::size_t begin, std::size_t n = 1,
+                                               int distance = 16)
 {
-  constexpr int distance = 16, line = 64;
+  constexpr int line = 64;
   const char *soon = reinterpret_cast<const char *>(values.data() + begin + distance * n);
   for (std::size_t at = 0; at < n * sizeof(Element); at += line)
     __builtin_prefetch(soon + at);
@@ -222,9 +290,9 @@ void wrap(LinkPack &gap, const Eigen::Vector3d &period)
     if (const int c = k % LinkVectors<dim>::components; c < dim && period[c] > 0.)
       gap[k] -= period[c] * std::round(gap[k] / period[c]);
 }
-inline void wrap(LinkLanes &gap, double period)
+inline void wrap(LinkPack &gap, double period)
 {
-  for (int l = 0; l < n_link_lanes; ++l)
+  for (int l = 0; l < n_octet; ++l)
     gap[l] -= period * std::round(gap[l] / period);
 }
 } // namespace kerf

@@ -177,6 +177,7 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
     {
       ties.cells.fetch_after(k, particles.position, particles.velocity, particles.force);
       const auto &batch = ties.cells.batches()[k];
+#pragma GCC unroll 2
       for (int p = 0; p < n_packs<dim>; ++p)
       {
         const auto *at = batch.begins(p);
@@ -245,6 +246,7 @@ double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &par
     {
       ties.cells.fetch_after(k, particles.force);
       const auto &batch = ties.cells.batches()[k];
+#pragma GCC unroll 2
       for (int p = 0; p < n_packs<dim>; ++p)
       {
         const auto *at = batch.begins(p);

@@ -87,22 +87,8 @@ void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &parti
   choose_springs(particles, fem);
   springs.cells.assign(links, fem.mesh(), packing);
   springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
-  if (!settings.corrector)
-    return;
-  springs.force.resize(springs.cells.most_batches());
-  springs.stress.resize(springs.cells.most_batches());
-  springs.fluctuation.resize(springs.stiffness.size());
-  for (int c = 0; c < dim; ++c)
-    for (int s = 0; s < StrainComponents<dim>::n; ++s)
-    {
-      const std::vector<LinkLanes> lanes =
-        springs.cells.lanes_of([&](std::size_t k) { return corrector->of(particles.index[links.links()[k].particle], c, s); });
-      for (std::size_t k = 0; k < lanes.size(); ++k)
-        springs.fluctuation[k][c][s] = lanes[k];
-    }
-  gradient_rows.clear();
-  for (int a = 0; a < links.n_carriers(); ++a)
-    gradient_rows.add(corrector->gradient().at(links.window()[a]), links.columns());
+  if (settings.corrector)
+    springs.corrected.renew(springs.cells, links, *corrector, particles, stiffness);
 }
 
 template <int dim>
@@ -113,67 +99,20 @@ void PenaltyConstraint::apply(Springs<dim> &springs, dem::Particles &particles, 
   if (change == LinkChange::renewed)
     renew(springs, particles, fem);
   else if (change == LinkChange::renumbered)
+  {
     springs.cells.renumber(links);
+    springs.corrected.renumber(links);
+  }
 
   fem.read_window(fem::NodalField::displacement, node_displacement);
   node_force.setZero(3, links.n_window());
-  const bool periodic = !packing.periodic.isZero(0.);
   if (settings.corrector)
-  {
-    recover_strains<dim>();
-    periodic ? pull_corrected<dim, true>(springs, particles) : pull_corrected<dim, false>(springs, particles);
-    spread_strain_forces<dim>();
-  }
+    stored = springs.corrected.pull(springs.cells, node_displacement, packing.periodic, particles, node_force);
+  else if (packing.periodic.isZero(0.))
+    pull<dim, false>(springs, particles);
   else
-    periodic ? pull<dim, true>(springs, particles) : pull<dim, false>(springs, particles);
+    pull<dim, true>(springs, particles);
   fem.add_window_forces(node_force);
-}
-
-/// Green's strain at the nodes of the links, and room for what springs give to it and to the gradients.
-template <int dim>
-void PenaltyConstraint::recover_strains()
-{
-  using Components = StrainComponents<dim>;
-  gradient_rows.gather<dim>(node_displacement, node_gradient);
-  node_strain.resize(Components::n, links.n_carriers());
-  for (int a = 0; a < links.n_carriers(); ++a)
-  {
-    const double *H = node_gradient.col(a).data();
-    for (int s = 0; s < Components::n; ++s)
-    {
-      const auto [p, q] = Components::axes[s];
-      double strain = H[dim * p + q] + H[dim * q + p];
-      for (int c = 0; c < dim; ++c)
-        strain += H[dim * p + c] * H[dim * q + c];
-      node_strain(s, a) = p == q ? 0.5 * strain : strain;
-    }
-  }
-  strain_force.setZero(Components::n, links.n_carriers());
-  gradient_force.setZero(dim * dim, links.n_carriers());
-}
-
-/// The transpose: from strains to gradients, from those to the nodes around.
-template <int dim>
-void PenaltyConstraint::spread_strain_forces()
-{
-  using Components = StrainComponents<dim>;
-  for (int a = 0; a < links.n_carriers(); ++a)
-  {
-    const double *H = node_gradient.col(a).data();
-    double *force = gradient_force.col(a).data();
-    for (int s = 0; s < Components::n; ++s)
-    {
-      const auto [p, q] = Components::axes[s];
-      const double stress = strain_force(s, a);
-      for (int c = 0; c < dim; ++c)
-      {
-        force[dim * q + c] += (H[dim * p + c] + (c == p)) * stress;
-        if (p != q)
-          force[dim * p + c] += (H[dim * q + c] + (c == q)) * stress;
-      }
-    }
-  }
-  gradient_rows.scatter<dim>(gradient_force, node_force);
 }
 
 /// f_i = -k_i chi_i and its reaction.
@@ -192,6 +131,7 @@ void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
     {
       springs.cells.fetch_after(k, particles.position, particles.force);
       const auto &batch = springs.cells.batches()[k];
+#pragma GCC unroll 2
       for (int p = 0; p < n_packs<dim>; ++p)
       {
         const auto *at = batch.begins(p);
@@ -205,85 +145,6 @@ void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
       }
     }
     springs.cells.scatter(cell, given, -1., node_force);
-  }
-  stored = sum_of(energy);
-}
-
-/// The same for chi to the place that a particle fluctuates to, F C E from the smooth field, and what the springs do on E and
-/// F.
-template <int dim, bool periodic>
-void PenaltyConstraint::pull_corrected(Springs<dim> &springs, dem::Particles &particles)
-{
-  constexpr int corners = LinkCells<dim>::corners, n_strains = StrainComponents<dim>::n;
-  LinkLanes energy = {};
-  int k = 0;
-  for (const auto &cell : springs.cells.cells())
-  {
-    double corner[dim][corners], strain[n_strains][corners], turn[dim][dim]; // turn: F
-    LinkLanes turned[dim][dim] = {};
-    springs.cells.places(cell, node_displacement, corner);
-    springs.cells.coefficients(cell, node_strain, strain);
-    for (int c = 0; c < dim; ++c)
-      for (int d = 0; d < dim; ++d)
-      {
-        double sum = 0.;
-        for (int a = 0; a < corners; ++a)
-          sum += node_gradient(dim * d + c, cell.node[a]);
-        turn[c][d] = (c == d) + sum / corners;
-      }
-    const int begin = k;
-    for (; k < cell.end; ++k)
-    {
-      springs.cells.fetch_after(k, particles.position, particles.force);
-      const auto &batch = springs.cells.batches()[k];
-      const auto &of_strain = springs.fluctuation[k];
-      const auto position = load_lanes<dim>(particles.position.data(), batch.begin);
-      std::array<LinkLanes, dim> fluctuation = {}, &force = springs.force[k - begin];
-      LinkLanes turned_back[dim] = {};
-      for (int s = 0; s < n_strains; ++s)
-      {
-        const LinkLanes here = value_of(strain[s], batch.xi);
-        for (int c = 0; c < dim; ++c)
-          fluctuation[c] += of_strain[c][s] * here;
-      }
-      for (int c = 0; c < dim; ++c)
-      {
-        LinkLanes gap = value_of(corner[c], batch.xi) - position[c]; // -chi
-        for (int d = 0; d < dim; ++d)
-          gap += turn[c][d] * fluctuation[d];
-        if (periodic && packing.periodic[c] > 0.)
-          wrap(gap, packing.periodic[c]);
-        force[c] = springs.stiffness[k] * gap;
-        energy += 0.5 * force[c] * gap;
-        for (int d = 0; d < dim; ++d)
-        {
-          turned_back[d] += turn[c][d] * force[c];
-          turned[c][d] += force[c] * fluctuation[d];
-        }
-      }
-      add_lanes<dim>(particles.force.data(), batch.begin, force);
-      for (int s = 0; s < n_strains; ++s)
-      {
-        LinkLanes on_strain = {};
-        for (int c = 0; c < dim; ++c)
-          on_strain += of_strain[c][s] * turned_back[c];
-        springs.stress[k - begin][s] = on_strain;
-      }
-    }
-    for (int c = 0; c < dim; ++c)
-    {
-      springs.cells.scatter(
-        cell, begin, [&](int batch) { return springs.force[batch - begin][c]; }, -1., c, node_force);
-      for (int d = 0; d < dim; ++d)
-      {
-        const double share = sum_of(turned[c][d]) / corners;
-        for (int a = 0; a < corners; ++a)
-          gradient_force(dim * d + c, cell.node[a]) -= share;
-      }
-    }
-    for (int s = 0; s < n_strains; ++s)
-      springs.cells.scatter(
-        cell, begin, [&](int batch) { return springs.stress[batch - begin][s]; }, -1., s, strain_force);
   }
   stored = sum_of(energy);
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "coupler/constraint.h"
-#include "coupler/corrector.h"
+#include "coupler/corrected_springs.h"
 #include "coupler/interface_work.h"
 #include "coupler/link_cells.h"
 #include "coupler/overlap_links.h"
@@ -54,24 +54,14 @@ private:
   {
     LinkCells<dim> cells;
     std::vector<LinkLanes> stiffness; ///< [N/m]
-    /// C of the particles by component and strain [m], with a corrector only
-    std::vector<std::array<std::array<LinkLanes, StrainComponents<dim>::n>, dim>> fluctuation;
-    // of the batches of a cell, while it is worked on
-    std::vector<std::array<LinkLanes, dim>> force;                       ///< on the particles [N]
-    std::vector<std::array<LinkLanes, StrainComponents<dim>::n>> stress; ///< what the forces do on the strains [N m]
+    CorrectedSprings<dim> corrected;  ///< with a corrector
   };
   template <int dim>
   void renew(Springs<dim> &springs, const dem::Particles &particles, fem::FemSide &fem);
   template <int dim>
   void apply(Springs<dim> &springs, dem::Particles &particles, fem::FemSide &fem);
-  template <int dim>
-  void recover_strains();
-  template <int dim>
-  void spread_strain_forces();
   template <int dim, bool periodic>
   void pull(Springs<dim> &springs, dem::Particles &particles);
-  template <int dim, bool periodic>
-  void pull_corrected(Springs<dim> &springs, dem::Particles &particles);
 
   void make_corrector(const fem::FemSide &fem);
   std::vector<double> masses_of_rows(const dem::Particles &particles, const fem::FemSide &fem);
@@ -87,9 +77,6 @@ private:
   std::unique_ptr<Corrector> corrector;     // made when the finite elements are known
   std::vector<TiedParticle> tied;           // with a corrector only, like the rest
   std::vector<double> of_nodes;             // of 1/mu of each of them, what the nodes add [1/kg]; empty: not known yet
-  GradientRows gradient_rows;
-  Eigen::MatrixXd node_gradient, node_strain;   // of the links' nodes, see GradientRows and StrainComponents
-  Eigen::MatrixXd gradient_force, strain_force; // what springs give to them
   Eigen::Matrix3Xd node_displacement, node_velocity, node_force;
   int n_local = 0; // particles of this rank
   double stored = 0.;

@@ -4,6 +4,7 @@
 #include "coupler/region_distance.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace kerf
 {
@@ -44,22 +45,39 @@ int RecoveredGradient::last_change(const fem::Interpolation &place) const
   return last;
 }
 
+std::vector<int> RecoveredGradient::counting_around(int node) const
+{
+  std::vector<int> cells;
+  std::copy_if(cells_of_node[node].begin(), cells_of_node[node].end(), std::back_inserter(cells),
+               [this](int cell) { return counts[cell]; });
+  return cells;
+}
+
+std::vector<int> RecoveredGradient::turning(int cell, const std::vector<int> &carriers) const
+{
+  if (counts[cell])
+    return {cell};
+  std::vector<int> cells;
+  for (const int node : carriers)
+    for (const int other : counting_around(node))
+      if (std::find(cells.begin(), cells.end(), other) == cells.end())
+        cells.push_back(other);
+  return cells;
+}
+
 std::vector<RecoveredGradient::Entry> RecoveredGradient::at(int node) const
 {
   std::vector<Entry> entries;
-  int n_cells = 0;
-  for (const int cell : cells_of_node[node])
-    n_cells += counts[cell];
-  for (const int cell : cells_of_node[node])
-    if (counts[cell])
-      for (int b = 0; b < centre[cell].n; ++b)
-      {
-        auto found =
-          std::find_if(entries.begin(), entries.end(), [&](const Entry &entry) { return entry.node == centre[cell].nodes[b]; });
-        if (found == entries.end())
-          found = entries.insert(entries.end(), {centre[cell].nodes[b], Eigen::Vector3d::Zero()});
-        found->share += centre[cell].dN.col(b) / n_cells;
-      }
+  const std::vector<int> cells = counting_around(node);
+  for (const int cell : cells)
+    for (int b = 0; b < centre[cell].n; ++b)
+    {
+      auto found =
+        std::find_if(entries.begin(), entries.end(), [&](const Entry &entry) { return entry.node == centre[cell].nodes[b]; });
+      if (found == entries.end())
+        found = entries.insert(entries.end(), {centre[cell].nodes[b], Eigen::Vector3d::Zero()});
+      found->share += centre[cell].dN.col(b) / cells.size();
+    }
   return entries;
 }
 
@@ -71,12 +89,5 @@ std::vector<int> RecoveredGradient::nodes_around(int node) const
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   return nodes;
-}
-
-void GradientRows::add(const std::vector<RecoveredGradient::Entry> &of_node, const std::vector<int> &column_of_node)
-{
-  for (const RecoveredGradient::Entry &entry : of_node)
-    entries.push_back({column_of_node[entry.node], entry.share});
-  end.push_back(static_cast<int>(entries.size()));
 }
 } // namespace kerf

@@ -15,19 +15,18 @@ class TieLoads
 {
 public:
   [[gnu::always_inline]] void fetch_after(int batch) const { kerf::fetch_after(force, n_packs<dim> * batch, n_packs<dim>); }
-  const LinkPack &of(int pack) const { return force[pack]; }
   /// Takes new forces on a pack of particles [N]. Returns those of the step before and these.
   [[gnu::always_inline]] LinkPack exchange(std::size_t pack, const LinkPack &forces)
   {
-    const LinkPack both = force[pack] + forces;
-    force[pack] = forces;
+    const LinkPack both = widened(force[pack]) + forces;
+    force[pack] = narrowed(forces);
     return both;
   }
 
   /// For new links of this rank: without forces.
   void renew(const LinkCells<dim> &cells, const dem::Particles &particles)
   {
-    force.assign(n_packs<dim> * cells.batches().size(), LinkPack{});
+    force.assign(n_packs<dim> * cells.batches().size(), FloatPack{});
     index.resize(cells.batches().size());
     for (std::size_t k = 0; k < index.size(); ++k)
       for (int l = 0; l < n_link_lanes; ++l)
@@ -59,7 +58,7 @@ private:
         if (cells.is_used(k, l))
         {
           mine.push_back(index[k][l]);
-          const LinkPack &pack = force[n_packs<dim> * k + l / LinkVectors<dim>::links];
+          const FloatPack &pack = force[n_packs<dim> * k + l / LinkVectors<dim>::links];
           for (int c = 0; c < dim; ++c)
             mine.push_back(pack[LinkVectors<dim>::components * (l % LinkVectors<dim>::links) + c]);
         }
@@ -75,7 +74,7 @@ private:
     return 0.5 * dt * sum;
   }
 
-  std::vector<LinkPack> force;                      // of each pack of each batch, on the particles [N]
+  std::vector<FloatPack> force;                     // of each pack of each batch, on the particles [N]
   std::vector<std::array<int, n_link_lanes>> index; // of the particles, in the packing
 };
 } // namespace kerf

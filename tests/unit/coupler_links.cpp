@@ -57,10 +57,13 @@ void compare_with_shape_functions()
   cells.assign(links, side->mesh(), packing);
 
   const Eigen::Matrix3Xd field = fem::test::noise_field(links.n_window(), 1., 5, 3);
-  Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, links.n_window()), sums_of_lanes = sums, expected = sums;
+  Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, links.n_window()), expected = sums;
   using Vectors = LinkVectors<dim>;
   const double along[] = {1., 2., 3.};
   const auto direction = Vectors::load_one(along);
+  std::vector<LinkLanes> numbers(links.n_window()), given_numbers(links.n_window(), LinkLanes{}); // several of each node
+  for (int a = 0; a < links.n_window(); ++a)
+    numbers[a] = LinkLanes{field(0, a), field(1, a), field(2, a), 1.};
   const std::vector<LinkLanes> load =
     cells.lanes_of([](std::size_t k) { return fem::test::noise(static_cast<std::uint64_t>(k)); });
   constexpr double round_off = 1e-13; // of a few dozen terms of order one
@@ -68,10 +71,12 @@ void compare_with_shape_functions()
   for (const auto &cell : cells.cells())
   {
     constexpr int corners = LinkCells<dim>::corners;
-    double values[dim][corners], present[dim][corners];
-    LinkPack packed[corners], packed_places[corners], given[corners] = {};
-    cells.coefficients(cell, field, values);
+    LinkPack packed[corners], packed_places[corners], scaled_places[corners], given[corners] = {};
+    typename Vectors::One present[corners];
+    LinkLanes of_numbers[corners], moments[corners] = {};
     cells.places(cell, field, present);
+    cells.coefficients_of(cell, numbers, of_numbers);
+    cells.places(cell, field, scaled_places, 3.);
     cells.coefficients(cell, field, packed);
     cells.places(cell, field, packed_places);
     for (int k = begin; k < cell.end; ++k)
@@ -88,11 +93,20 @@ void compare_with_shape_functions()
         for (int a = 0; a < link.n; ++a)
           value += link.N[a] * field.col(link.node[a]);
         const auto xi = batch.place(l / Vectors::links);
+        std::array<LinkLanes, dim> here;
+        std::array<typename Vectors::One, dim> one_here;
+        for (int d = 0; d < dim; ++d)
+        {
+          here[d] = LinkLanes{} + batch.xi[d][l];
+          one_here[d] = typename Vectors::One{} + batch.xi[d][l];
+        }
+        add_moments(LinkLanes(load[k][l] * LinkLanes{1., 2., 3., 4.}), here, moments);
         for (int c = 0; c < dim; ++c)
         {
           const int in_pack = Vectors::components * (l % Vectors::links) + c;
-          EXPECT_NEAR(value_of(values[c], batch.xi)[l], value[c], round_off);
-          EXPECT_NEAR(value_of(present[c], batch.xi)[l], link.origin[c] + value[c], round_off);
+          EXPECT_NEAR(value_of(of_numbers, here)[c], value[c], round_off);
+          EXPECT_NEAR(value_of(present, one_here)[c], link.origin[c] + value[c], round_off);
+          EXPECT_NEAR(value_of(scaled_places, xi)[in_pack], 3. * link.origin[c] + value[c], round_off);
           EXPECT_NEAR(value_of(packed, xi)[in_pack], value[c], round_off);
           EXPECT_NEAR(value_of(packed_places, xi)[in_pack], link.origin[c] + value[c], round_off);
         }
@@ -102,17 +116,58 @@ void compare_with_shape_functions()
         add_moments(LinkPack(Vectors::spread(load[k], p) * Vectors::repeat(direction)), batch.place(p), given);
     }
     cells.scatter(cell, given, 1., sums);
-    for (int c = 0; c < dim; ++c)
-      cells.scatter(
-        cell, begin, [&](int batch) { return (c + 1.) * load[batch]; }, 1., c, sums_of_lanes);
+    cells.scatter_to(cell, moments, given_numbers);
     begin = cell.end;
   }
   EXPECT_EQ(n_seen, n);
   EXPECT_GT(n_hanging, 20);
-  for (const Eigen::Matrix3Xd &sum : {sums, sums_of_lanes})
-    EXPECT_LT((sum - expected).topRows<dim>().cwiseAbs().maxCoeff(), 100. * round_off); // sums over the links of a node
+  EXPECT_LT((sums - expected).topRows<dim>().cwiseAbs().maxCoeff(), 100. * round_off); // sums over the links of a node
+  for (int a = 0; a < links.n_window(); ++a)
+  {
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(given_numbers[a][c], expected(c, a), 100. * round_off);
+    EXPECT_NEAR(given_numbers[a][3], 4. * expected(0, a), 100. * round_off);
+  }
+}
+/// Vectors of eight particles by component and back.
+template <int dim>
+void sort_by_component()
+{
+  const Eigen::Matrix3Xd before = fem::test::noise_field(30, 1., 8, 3);
+  Eigen::Matrix3Xd after = before;
+  const std::ptrdiff_t begin[] = {6, 0, 81, 12, 45, 33, 60, 60}; // the last one is the one before it again
+  std::array<LinkPack, dim> lanes = load_octet<dim>(before.data(), begin);
+  for (int slot = 0; slot < n_octet; ++slot)
+    for (int c = 0; c < dim; ++c)
+    {
+      EXPECT_EQ(lanes[c][lane_of<dim>(slot)], before.data()[begin[slot] + c]);
+      if (slot == n_octet - 1)
+        lanes[c][lane_of<dim>(slot)] = 0.;
+    }
+  add_octet<dim>(after.data(), begin, lanes);
+  Eigen::Matrix3Xd expected = before;
+  for (int slot = 0; slot < n_octet - 1; ++slot)
+    expected.col(begin[slot] / 3).head<dim>() *= 2.;
+  EXPECT_EQ(after, expected);
+
+  LinkPack rows[8];
+  for (int k = 0; k < 8; ++k)
+    for (int l = 0; l < 8; ++l)
+      rows[k][l] = 10. * k + l;
+  for (int k = 0; k < 8; ++k)
+    EXPECT_EQ(sums_of(rows)[k], 80. * k + 28.);
 }
 } // namespace
+
+TEST(Octet, SortsByComponentInPlane)
+{
+  sort_by_component<2>();
+}
+
+TEST(Octet, SortsByComponentInSpace)
+{
+  sort_by_component<3>();
+}
 
 TEST(LinkCells, AgreeWithShapeFunctionsInPlane)
 {
