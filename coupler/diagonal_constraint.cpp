@@ -109,7 +109,8 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
         add_moments(force, xi, given);
       }
     }
-    ties.cells.places(cell, displacement, place);
+    if (!periodic)
+      ties.cells.places(cell, displacement, place);
     for (int m = 0; m < corners; ++m)
       of_nodes.add(place[m], given[m]);
     ties.cells.scatter(cell, given, -1., node_force);

@@ -106,7 +106,6 @@ public:
 
   const std::vector<Cell> &cells() const { return all_cells; }
   const std::vector<Batch> &batches() const { return all_batches; }
-  int most_batches() const { return longest; } ///< of a cell
   /// Asks the memory for vectors of the particles of a batch that comes soon after @p batch; they are scattered.
   template <typename... Arrays>
   [[gnu::always_inline]] void fetch_after(int batch, const Arrays &...arrays) const
@@ -155,18 +154,7 @@ public:
     scatter(cell, sums, field);
   }
 
-  /// given(pack) of the packs of a cell from batch @p begin on, in a loop of its own: the moments stay in registers.
-  template <typename Given, typename Matrix>
-  [[gnu::always_inline]] void scatter(const Cell &cell, int begin, const Given &given, double sign, Matrix &&field) const
-  {
-    LinkPack moments[corners] = {};
-    for (int k = begin; k < cell.end; ++k)
-      for (int p = 0; p < n_packs<dim>; ++p)
-        add_moments(given(n_packs<dim> * k + p), all_batches[k].place(p), moments);
-    scatter(cell, moments, sign, field);
-  }
-
-  /// Coefficients by vectors of the nodes, one for all links.
+  /// The same once, not for every link of a pack: of vectors that are kept by node, and of the places.
   template <typename Value>
   [[gnu::always_inline]] void coefficients_of(const Cell &cell, const std::vector<Value> &of_nodes,
                                               Value (&result)[corners]) const
@@ -181,7 +169,7 @@ public:
     places_of_corners(cell, displacement, result);
     to_coefficients(result);
   }
-  /// The transpose: what belongs to the moments is added to the nodes.
+  /// The transposes: to what is kept by node, and to columns of a matrix.
   template <typename Value>
   [[gnu::always_inline]] void scatter_to(const Cell &cell, Value (&moments)[corners], std::vector<Value> &to_nodes) const
   {
@@ -270,7 +258,6 @@ private:
   std::vector<Batch> all_batches;
   std::vector<std::array<int, n_link_lanes>> link_of; // of each batch
   std::vector<int> place_of;                          // of each link: lane of a batch
-  int longest = 0;
 };
 
 /// Nodes that carry no link may have no column, or one whose fields end before: any other will do, it is taken times zero.
@@ -328,14 +315,11 @@ void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, co
   }
 
   int n = 0;
-  longest = 0;
   std::vector<int> next;
   for (std::size_t c = 0; c < count.size(); ++c)
   {
     next.push_back(n_link_lanes * n);
-    const int batches = (count[c] + n_link_lanes - 1) / n_link_lanes;
-    longest = std::max(longest, batches);
-    n += batches;
+    n += (count[c] + n_link_lanes - 1) / n_link_lanes;
     all_cells[c].end = n;
   }
   all_batches.assign(n, Batch());
