@@ -19,7 +19,8 @@ PenaltyConstraint::Settings penalty_settings(const Case &settings, double dt)
   return penalty;
 }
 
-std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
+std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm,
+                                            std::shared_ptr<const Fluctuations> fluctuations)
 {
   if (settings.constraint == ConstraintMethod::multipliers)
   {
@@ -31,6 +32,7 @@ std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Pac
     return std::make_unique<DiagonalConstraint>(DiagonalConstraint::Settings{comm, dt, settings.penalty_ratio}, packing);
   PenaltyConstraint::Settings penalty = penalty_settings(settings, dt);
   penalty.comm = comm;
+  penalty.fluctuations = std::move(fluctuations);
   return std::make_unique<PenaltyConstraint>(penalty, packing);
 }
 } // namespace kerf

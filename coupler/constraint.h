@@ -10,6 +10,7 @@
 namespace kerf
 {
 class Corrector;
+class Fluctuations;
 
 /// Energies of what ties the sides, of this rank [J].
 struct ConstraintEnergy
@@ -55,6 +56,8 @@ public:
   virtual int n_particles() const = 0;
 };
 
-/// The method of the case. @param dt time step [s]; packing is kept by reference.
-std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
+/// The method of the case. @param dt time step [s]; packing is kept by reference. @param fluctuations if they are known: else a
+/// corrector makes its own.
+std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm,
+                                            std::shared_ptr<const Fluctuations> fluctuations = nullptr);
 } // namespace kerf

@@ -1,90 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/corrector.h"
 
-#include "dem_side/network_operator.h"
-#include "dem_side/stored_bonds.h"
-
 #include <Eigen/Eigenvalues>
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <stdexcept>
 #include <unordered_map>
+#include <utility>
 
 namespace kerf
 {
-Corrector::Corrector(const dem::Packing &packing, double k_n, double k_t, const fem::FemSide &fem)
-  : packing(packing), place_of(fem.locate(packing.positions)), recovered(fem)
+Corrector::Corrector(const dem::Packing &packing, std::shared_ptr<const Fluctuations> fluctuations, const fem::FemSide &fem)
+  : packing(packing), fluctuations(std::move(fluctuations)), recovered(fem)
 {
-  packing.dim == 2 ? solve<2>(k_n, k_t, fem.mesh().n_nodes()) : solve<3>(k_n, k_t, fem.mesh().n_nodes());
-}
-
-/// Conjugate gradients among the motions that leave the means, scaled by the diagonal of K.
-template <int dim>
-void Corrector::solve(double k_n, double k_t, int n_nodes)
-{
-  using Components = StrainComponents<dim>;
-  const int n = packing.size();
-  std::vector<int> all(n);
-  std::iota(all.begin(), all.end(), 0);
-  const dem::StoredBonds bonds(packing);
-  const dem::NetworkOperator network(packing, bonds, dem::NetworkOperator::Material{k_n, k_t, 1.}, all, std::vector<char>(n, 1),
-                                     Eigen::VectorXd::Ones(n));
-  Eigen::VectorXd scale = network.diagonal(); // D^-1/2; loose particles have no stiffness and no part in the means
-  // In a lattice loads cancel; what round-off leaves of them is nothing to solve for.
-  const double nothing = 1e-24 * scale.sum() * packing.mean_diameter * packing.mean_diameter;
-  scale = scale.unaryExpr([](double k) { return k > 0. ? 1. / std::sqrt(k) : 0.; });
-
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int i = 0; i < n; ++i)
-    for (int a = 0; a < place_of[i].n; ++a)
-      for (int c = 0, dof = per_particle() * i; c < dim; ++c, ++dof)
-        entries.emplace_back(dim * place_of[i].nodes[a] + c, dof, place_of[i].N[a] * packing.volume(i) * scale[dof]);
-  Eigen::SparseMatrix<double> W(dim * n_nodes, network.n_dofs());
-  W.setFromTriplets(entries.begin(), entries.end());
-  Eigen::SparseMatrix<double> S = W * Eigen::SparseMatrix<double>(W.transpose());
-  const double largest = S.diagonal().maxCoeff();
-  Eigen::SparseMatrix<double> unit(S.rows(), S.cols());
-  unit.setIdentity();
-  S += 1e-12 * largest * unit; // nodes without particles
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(S);
-  const auto project = [&](Eigen::VectorXd &y) { y -= W.transpose() * factors.solve(W * y); };
-
-  constexpr double tolerance = 1e-7;
-  constexpr int most = 3000;
-  fluctuation.setZero(network.n_dofs(), Components::n);
-  for (int k = 0; k < Components::n; ++k)
-  {
-    const auto [first, second] = Components::axes[k];
-    Eigen::Matrix3d strain = Eigen::Matrix3d::Zero();
-    strain(first, second) += 0.5;
-    strain(second, first) += 0.5;
-    Eigen::VectorXd load = Eigen::VectorXd::Zero(network.n_dofs());
-    network.add_homogeneous(strain, load);
-    Eigen::VectorXd r = -scale.cwiseProduct(load), y = Eigen::VectorXd::Zero(r.size());
-    project(r);
-    Eigen::VectorXd p = r;
-    double rr = r.squaredNorm();
-    const double start = rr;
-    for (int iteration = 0; rr > std::max(tolerance * tolerance * start, nothing); ++iteration)
-    {
-      if (iteration == most)
-        throw std::runtime_error("the fluctuations of the packing about a uniform strain do not converge");
-      Eigen::VectorXd Kp = Eigen::VectorXd::Zero(r.size());
-      network.add_product(scale.cwiseProduct(p), Kp);
-      Kp = scale.cwiseProduct(Kp);
-      project(Kp);
-      const double step = rr / p.dot(Kp);
-      y += step * p;
-      r -= step * Kp;
-      const double next = r.squaredNorm();
-      p = r + next / rr * p;
-      rr = next;
-    }
-    fluctuation.col(k) = scale.cwiseProduct(y).cast<float>();
-  }
 }
 
 std::vector<Corrector::Row> Corrector::rows(const std::vector<int> &particles) const
@@ -137,7 +64,7 @@ std::vector<Corrector::Row> Corrector::rows_in(const std::vector<int> &particles
   std::vector<Row> result(particles.size());
   for (std::size_t k = 0; k < particles.size(); ++k)
   {
-    const fem::Interpolation &place = place_of[particles[k]];
+    const fem::Interpolation &place = fluctuations->place(particles[k]);
     const Surroundings &around = surroundings_of(place);
     Row &row = result[k];
     row.node.reserve(around.node.size());
@@ -159,9 +86,9 @@ std::vector<Corrector::Row> Corrector::rows_in(const std::vector<int> &particles
         const auto [p, q] = StrainComponents<dim>::axes[s];
         for (int c = 0; c < dim; ++c)
         {
-          P(c, p) += of(particles[k], c, s) * gradient[q];
+          P(c, p) += fluctuations->of(particles[k], c, s) * gradient[q];
           if (p != q)
-            P(c, q) += of(particles[k], c, s) * gradient[p];
+            P(c, q) += fluctuations->of(particles[k], c, s) * gradient[p];
         }
       }
       row.node.push_back(around.node[b]);
@@ -195,7 +122,7 @@ void Corrector::place_in(std::vector<dem::NewParticle> &particles, const Eigen::
   };
   for (dem::NewParticle &particle : particles)
   {
-    const fem::Interpolation &place = place_of[particle.index];
+    const fem::Interpolation &place = fluctuations->place(particle.index);
     if (place.cell < 0)
       continue;
     Matrix3d F = Matrix3d::Identity(), rate = Matrix3d::Zero(), E = rate, E_rate = rate;
@@ -226,8 +153,8 @@ void Corrector::place_in(std::vector<dem::NewParticle> &particles, const Eigen::
       for (int c = 0; c < per_particle(); ++c)
       {
         const int component = dim == 2 && c == 2 ? 5 : c;
-        moved[component] += of(particle.index, c, s) * twice * E(p, q);
-        moving[component] += of(particle.index, c, s) * twice * E_rate(p, q);
+        moved[component] += fluctuations->of(particle.index, c, s) * twice * E(p, q);
+        moving[component] += fluctuations->of(particle.index, c, s) * twice * E_rate(p, q);
       }
     }
     particle.displacement += F * moved.head<3>();
@@ -260,7 +187,7 @@ std::vector<const Corrector::Lengths *> Corrector::lengths(const std::vector<int
   std::vector<int> pending;
   for (const int i : particles)
   {
-    const int change = recovered.last_change(place_of[i]);
+    const int change = recovered.last_change(fluctuations->place(i));
     const auto known = before.find(i);
     if (known != before.end() && known->second.known_at == change)
       known_lengths.emplace(i, std::move(known->second));

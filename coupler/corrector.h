@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/fluctuations.h"
 #include "coupler/overlap.h"
 #include "coupler/recovered_gradient.h"
 #include "coupler/strain_components.h"
 #include "dem_side/dem_side.h"
 
 #include <array>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
 namespace kerf
 {
-/// How the particles of a random packing fluctuate about a smooth field, by the strain of the field: C_i of
-///   K C + W^T lambda = -K (eps x),   W C = 0,   W = N^T m,
-/// for each unit strain eps of the bonded packing as it lies in the store, with its free surfaces. The mean around every node
-/// stays that of the field, so only what the cells cannot resolve is left. A particle belongs at
+/// Where particles belong that fluctuate about the smooth field (see Fluctuations):
 ///   X_i + u + F C_i : E,   u = N u_a,   E = N E_a,   E_a = (F_a^T F_a - 1)/2,   F_a = 1 + H_a
-/// with the gradients H_a recovered at the nodes and F that in the middle of its cell. So the fluctuation turns
-/// with the rock, and an energy of the gap to that place is none of a rotation: it keeps angular momentum.
+/// with the gradients H_a recovered at the nodes and F that in the middle of its cell. So the fluctuation turns with the rock,
+/// and an energy of the gap to that place is none of a rotation: it keeps angular momentum.
 class Corrector
 {
 public:
@@ -30,7 +29,7 @@ public:
   };
 
   /// @param packing kept by reference
-  Corrector(const dem::Packing &packing, double k_n, double k_t, const fem::FemSide &fem);
+  Corrector(const dem::Packing &packing, std::shared_ptr<const Fluctuations> fluctuations, const fem::FemSide &fem);
 
   /// Before rows, places or gradients are asked for. @param node_mass by node [kg]
   void set_masses(const Eigen::VectorXd &node_mass) { recovered.set_masses(node_mass); }
@@ -52,22 +51,19 @@ public:
   /// @param u displacement and @param v velocity of all nodes
   void place(std::vector<dem::NewParticle> &particles, const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v) const;
 
-  /// Displacement [m] of particle @p i for a unit strain.
-  double of(int i, int component, int strain) const { return fluctuation(per_particle() * i + component, strain); }
+  /// See Fluctuations::of().
+  double of(int i, int component, int strain) const { return fluctuations->of(i, component, strain); }
   const RecoveredGradient &gradient() const { return recovered; }
 
 private:
   int per_particle() const { return packing.dim == 2 ? 3 : 6; }
-  template <int dim>
-  void solve(double k_n, double k_t, int n_nodes);
   template <int dim>
   std::vector<Row> rows_in(const std::vector<int> &particles) const;
   template <int dim>
   void place_in(std::vector<dem::NewParticle> &particles, const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v) const;
 
   const dem::Packing &packing;
-  std::vector<fem::Interpolation> place_of; // of the particles
-  Eigen::MatrixXf fluctuation;              // translations, then rotations of each particle by unit strains
+  std::shared_ptr<const Fluctuations> fluctuations;
   RecoveredGradient recovered;
   std::unordered_map<int, Lengths> known_lengths; // by particle
 };

@@ -28,14 +28,14 @@ dem::Settings particle_settings(const Case &settings, const dem::Packing &packin
 }
 
 CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
-                           MPI_Comm comm)
+                           MPI_Comm comm, std::shared_ptr<const Fluctuations> fluctuations)
   : settings(settings), mode(mode), fem_side(fem), packing(packing), dt(dt), comm(comm),
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width),
     activation(settings, fem.mesh(), comm), particle_cells(fem.mesh(), packing, comm),
     give_back_rule(settings, fem.mesh(), packing, particle_cells, comm),
     boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing), loads(settings, fem.mesh(), packing),
-    constraint(make_constraint(settings, packing, dt, comm)), watch(settings, packing, comm),
+    constraint(make_constraint(settings, packing, dt, comm, std::move(fluctuations))), watch(settings, packing, comm),
     cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm),
     loose(settings, packing, dt, comm), tool_work(dt, comm), loose_work(dt, comm), boundary_work(dt, comm),
     absorbing_work(dt, comm)

@@ -43,7 +43,9 @@ class CoupledModel
 {
 public:
   /// @param fem, @param packing and @param settings are kept by reference. @param dt step of both sides [s]
-  CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt, MPI_Comm comm);
+  /// @param fluctuations see make_constraint()
+  CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt, MPI_Comm comm,
+               std::shared_ptr<const Fluctuations> fluctuations = nullptr);
 
   /// Converts the cells that the mode asks for at time zero. Collective.
   void start();

@@ -37,17 +37,23 @@ void PenaltyConstraint::set_particles(const std::vector<TiedParticle> &particles
 
 void PenaltyConstraint::make_corrector(const fem::FemSide &fem)
 {
-  if (settings.corrector && !corrector)
-    corrector = std::make_unique<Corrector>(packing, settings.k_n, settings.k_t, fem);
+  if (!settings.corrector || corrector)
+    return;
+  if (!settings.fluctuations)
+    settings.fluctuations = std::make_shared<Fluctuations>(packing, settings.k_n, settings.k_t, fem);
+  corrector = std::make_unique<Corrector>(packing, settings.fluctuations, fem);
 }
 
 void PenaltyConstraint::place(std::vector<dem::NewParticle> &particles, const fem::FemSide &fem)
 {
   if (!settings.corrector)
     return;
+  const Eigen::Matrix3Xd u = fem.gather(fem::NodalField::displacement), v = fem.gather(fem::NodalField::velocity);
+  if (u.isZero(0.) && v.isZero(0.))
+    return; // as particles lie in the store; alone they need no corrector
   make_corrector(fem);
   corrector->set_masses(fem.gather(fem::NodalField::mass).row(0));
-  corrector->place(particles, fem.gather(fem::NodalField::displacement), fem.gather(fem::NodalField::velocity));
+  corrector->place(particles, u, v);
 }
 
 /// As OverlapLinks::tied_masses(), of the rows with fluctuations.

@@ -28,7 +28,8 @@ public:
     double time_step = 0.; ///< [s]
     double damping = 0.;   ///< xi [-], not with a corrector
     bool corrector = false;
-    double k_n = 0., k_t = 0.; ///< of the bonds, for the corrector [N/m]
+    double k_n = 0., k_t = 0.; ///< of the bonds, for fluctuations that are not known [N/m]
+    std::shared_ptr<const Fluctuations> fluctuations;
   };
 
   /// @param packing kept by reference

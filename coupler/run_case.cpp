@@ -50,7 +50,8 @@ public:
     scene = build_scene(settings, mode, console, comm);
     open_results();
 
-    model = std::make_unique<CoupledModel>(scene.settings, mode, *scene.fem, scene.packing, scene.dt, comm);
+    model = std::make_unique<CoupledModel>(scene.settings, mode, *scene.fem, scene.packing, scene.dt, comm,
+                                           scene.stable.fluctuations);
     model->start();
     if (rank == 0)
       for (const ActivationEvent &event : model->events())

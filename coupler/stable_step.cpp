@@ -79,16 +79,18 @@ std::vector<char> particles_of(const Overlap &overlap, int n)
   return active;
 }
 
-/// Stable step of the model with these cells converted; zero if there is none.
+/// Stable step of the model with these cells converted; zero if there is none. @p fluctuations are made if there are none.
 double limit_of_overlap_around(const std::vector<int> &cells, const Case &settings, fem::FemSide &fem,
-                               const dem::Packing &packing, double guess, MPI_Comm comm)
+                               const dem::Packing &packing, std::shared_ptr<const Fluctuations> &fluctuations, double guess,
+                               MPI_Comm comm)
 {
   Overlap overlap(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width);
   overlap.convert(cells);
   fem.set_weights(overlap.fe_weights());
   const ParticleBoundary boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing);
-  const auto corrector =
-    settings.corrector ? std::make_unique<Corrector>(packing, settings.bond.k_n, settings.bond.k_t, fem) : nullptr;
+  if (settings.corrector && !fluctuations)
+    fluctuations = std::make_shared<Fluctuations>(packing, settings.bond.k_n, settings.bond.k_t, fem);
+  const auto corrector = settings.corrector ? std::make_unique<Corrector>(packing, fluctuations, fem) : nullptr;
   CoupledOperator model(settings, fem, packing, overlap, boundary.movable(overlap.tied_particles()),
                         particles_of(overlap, packing.size()), surroundings(fem.mesh(), cells, reach_around(settings, overlap)),
                         comm, corrector.get());
@@ -192,7 +194,7 @@ StableSteps elastic_steps(const Case &settings, Mode mode, fem::FemSide &fem, co
   const double sides = std::min(steps.fem, steps.dem);
   const auto solve_overlap = [&](const std::vector<int> &cells, double largest)
   {
-    steps.overlap = undamped_share * limit_of_overlap_around(cells, settings, fem, packing, largest, comm);
+    steps.overlap = undamped_share * limit_of_overlap_around(cells, settings, fem, packing, steps.fluctuations, largest, comm);
     if (!(steps.overlap > 0.))
       throw InputError(settings.directory + "/case.prm: Coupling/Penalty ratio = " + std::to_string(settings.penalty_ratio) +
                        " is unstable at any time step in this overlap, give less");

@@ -3,7 +3,10 @@
 
 #include "coupler/case_file.h"
 #include "coupler/coupled_operator.h"
+#include "coupler/fluctuations.h"
 #include "coupler/overlap.h"
+
+#include <memory>
 
 namespace kerf
 {
@@ -15,6 +18,7 @@ struct StableSteps
   double overlap = 0.; ///< of the weighted, constrained model in and around the overlap; 0: no overlap yet
   double elastic = 0.; ///< of the coupled model; Safety is a share of it
   double coupled = 0.; ///< largest step the run may use: less with local damping, which pushes back along with the springs
+  std::shared_ptr<const Fluctuations> fluctuations; ///< of the packing, when the overlap's operator needed them
 };
 
 /// Limits for a mode: the smallest of the sides that take part and of the overlap. Mode fixed has its overlap from the start:

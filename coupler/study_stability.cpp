@@ -227,7 +227,7 @@ private:
   {
     constexpr int steps = 600;
     constexpr double grown = 1.05, taken = 0.05; // shares of the energy at the start
-    CoupledModel model(scene.settings, Mode::fixed, *scene.fem, scene.packing, outcome.step, comm);
+    CoupledModel model(scene.settings, Mode::fixed, *scene.fem, scene.packing, outcome.step, comm, scene.stable.fluctuations);
     const double speed = point.speed * scene.settings.rock.speed_p();
     const int dim = scene.settings.dim(), n_nodes = scene.fem->mesh().n_nodes();
     Eigen::Matrix3Xd velocity = Eigen::Matrix3Xd::Zero(3, n_nodes);

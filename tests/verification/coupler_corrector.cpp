@@ -170,7 +170,9 @@ TEST_P(Corrected, ForcesAreThoseOfTheRows)
   const Matrix3Xd u = springs.noise(springs.fem->mesh().nodes, 1e-7), x = springs.noise(springs.packing.positions, 3e-7);
   const auto plus = springs.at(x, u), minus = springs.at(-x, -u);
 
-  Corrector corrector(springs.packing, springs.settings.bond.k_n, springs.settings.bond.k_t, *springs.fem);
+  const auto fluctuations =
+    std::make_shared<Fluctuations>(springs.packing, springs.settings.bond.k_n, springs.settings.bond.k_t, *springs.fem);
+  Corrector corrector(springs.packing, fluctuations, *springs.fem);
   corrector.set_masses(springs.fem->gather(fem::NodalField::mass).row(0));
   std::vector<int> tied;
   for (const TiedParticle &particle : springs.overlap.tied_particles())
@@ -269,12 +271,12 @@ TEST_P(Corrected, FluctuationsAreAtRest)
   const int dim = GetParam(), n_strains = dim == 2 ? 3 : 6, n_dofs = dim == 2 ? 3 : 6;
   const dem::Packing packing = dem::generate_packing(settings.packing);
   const auto fem = Body::make_fem(settings);
-  const Corrector corrector(packing, settings.bond.k_n, settings.bond.k_t, *fem);
+  const Fluctuations fluctuations(packing, settings.bond.k_n, settings.bond.k_t, *fem);
   Eigen::MatrixXd C(n_dofs * packing.size(), n_strains), at_rest = C;
   for (int i = 0; i < packing.size(); ++i)
     for (int c = 0; c < n_dofs; ++c)
       for (int s = 0; s < n_strains; ++s)
-        C(n_dofs * i + c, s) = corrector.of(i, c, s);
+        C(n_dofs * i + c, s) = fluctuations.of(i, c, s);
   std::vector<int> all(packing.size());
   std::iota(all.begin(), all.end(), 0);
   const dem::StoredBonds bonds(packing);
