@@ -42,19 +42,22 @@ template <typename Coefficients, typename Place>
       part[m] = part[2 * m] + xi[d] * part[2 * m + 1];
   return part[0];
 }
-/// The transpose: adds the moments of what is @p given there.
+/// The transpose: adds the moments of what is @p given there. Without loops, which would keep the moments in memory.
 template <typename Value, std::size_t corners, typename Place>
 [[gnu::always_inline]] inline void add_moments(const Value &given, const Place &xi, Value (&moments)[corners])
 {
-  Value product[corners]; // given times the monomials
-  product[0] = given;
+  const Value x = xi[0] * given, y = xi[1] * given, xy = xi[1] * x;
   moments[0] += given;
-  for (std::size_t d = 0; 1u << d < corners; ++d)
-    for (std::size_t m = 0; m < 1u << d; ++m)
-    {
-      product[(1u << d) + m] = xi[d] * product[m];
-      moments[(1u << d) + m] += product[(1u << d) + m];
-    }
+  moments[1] += x;
+  moments[2] += y;
+  moments[3] += xy;
+  if constexpr (corners == 8)
+  {
+    moments[4] += xi[2] * given;
+    moments[5] += xi[2] * x;
+    moments[6] += xi[2] * y;
+    moments[7] += xi[2] * xy;
+  }
 }
 
 /// The links of a rank cell by cell, several at once: the nodes of a cell are looked up and pushed once for all of its links.
