@@ -3,6 +3,15 @@
 
 namespace kerf
 {
+namespace
+{
+/// Of each of so many in their mean; the mean of none is zero.
+double share_of(int n)
+{
+  return n > 0 ? 1. / n : 0.;
+}
+} // namespace
+
 template <int dim>
 void StrainWindow<dim>::assign(const RecoveredGradient &recovered, const OverlapLinks &links, const LinkCells<dim> &cells)
 {
@@ -75,7 +84,7 @@ void StrainWindow<dim>::gather(const Eigen::Matrix3Xd &displacement)
   int at = 0;
   for (std::size_t k = 0; k < end.size(); ++k)
   {
-    const double share = end[k] > at ? 1. / (end[k] - at) : 0.;
+    const double share = share_of(end[k] - at);
     One sum[dim] = {};
     for (; at < end[k]; ++at)
       for (int d = 0; d < dim; ++d)
@@ -113,7 +122,7 @@ void StrainWindow<dim>::scatter(Eigen::Matrix3Xd &force)
   int at = 0;
   for (std::size_t k = 0; k < end.size(); ++k)
   {
-    const double share = end[k] > at ? 1. / (end[k] - at) : 0.;
+    const double share = share_of(end[k] - at);
     Gradient given = given_to_mean[k];
     if (k >= n_cells)
       for (int s = 0; s < Components::n; ++s)
