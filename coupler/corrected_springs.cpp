@@ -8,44 +8,16 @@ namespace kerf
 {
 namespace
 {
-/// 1, xi, eta, xi eta, ... of eight links.
-template <int dim>
-class Monomials
+/// A field at eight links. @p coefficient of the monomials, by their numbers.
+template <std::size_t dim, typename Coefficient>
+[[gnu::always_inline]] inline LinkPack value_at(const std::array<LinkPack, dim> &xi, const Coefficient &coefficient)
 {
-public:
-  [[gnu::always_inline]] explicit Monomials(const std::array<LinkPack, dim> &xi)
-  {
-#pragma GCC unroll 3
-    for (int d = 0; d < dim; ++d)
-    {
-      product[1 << d] = xi[d];
-#pragma GCC unroll 4
-      for (int m = 1; m < 1 << d; ++m)
-        product[(1 << d) + m] = xi[d] * product[m];
-    }
-  }
-  /// Of a field with these coefficients.
-  template <typename Coefficient>
-  [[gnu::always_inline]] LinkPack value(const Coefficient &coefficient) const
-  {
-    LinkPack sum = LinkPack{} + coefficient(0);
+  double coefficients[1 << dim];
 #pragma GCC unroll 8
-    for (int m = 1; m < 1 << dim; ++m)
-      sum += coefficient(m) * product[m];
-    return sum;
-  }
-  /// The transpose.
-  [[gnu::always_inline]] void add_moments(const LinkPack &given, LinkPack (&moments)[1 << dim]) const
-  {
-    moments[0] += given;
-#pragma GCC unroll 8
-    for (int m = 1; m < 1 << dim; ++m)
-      moments[m] += given * product[m];
-  }
-
-private:
-  LinkPack product[1 << dim]; // from 1 on
-};
+  for (int m = 0; m < 1 << dim; ++m)
+    coefficients[m] = coefficient(m);
+  return value_of(coefficients, xi);
+}
 
 /// The sums of some rows, one after the other in a vector.
 template <typename Vector, int n, typename Row>
@@ -178,13 +150,7 @@ template <int dim>
 [[gnu::always_inline]] inline void CorrectedSprings<dim>::fetch_after(int k, const dem::Particles &particles) const
 {
   kerf::fetch_after(octets, k, 1, 6);
-  constexpr int distance = 3;
-  if (k + distance < static_cast<int>(octets.size()))
-    for (const std::ptrdiff_t at : octets[k + distance].begin)
-    {
-      __builtin_prefetch(particles.position.data() + at);
-      __builtin_prefetch(particles.force.data() + at);
-    }
+  fetch_vectors_after(octets, k, 3, particles.position, particles.force);
 }
 
 template <int dim>
@@ -193,12 +159,11 @@ template <bool periodic>
                                                                      const Eigen::Vector3d &period, dem::Particles &particles)
   -> Pull
 {
-  const Monomials<dim> monomials(octet.xi);
   Pull pull{};
 #pragma GCC unroll 8
   for (int s = 0; s < n_strains; ++s)
   {
-    const LinkPack strain = monomials.value([&](int m) { return field.strain[m][s]; });
+    const LinkPack strain = value_at(octet.xi, [&](int m) { return field.strain[m][s]; });
 #pragma GCC unroll 3
     for (int c = 0; c < dim; ++c)
       pull.fluctuation[c] += widened(octet.fluctuation[c][s]) * strain;
@@ -208,7 +173,7 @@ template <bool periodic>
 #pragma GCC unroll 3
   for (int c = 0; c < dim; ++c)
   {
-    LinkPack gap = monomials.value([&](int m) { return field.place[m][c]; }) - position[c]; // -chi
+    LinkPack gap = value_at(octet.xi, [&](int m) { return field.place[m][c]; }) - position[c]; // -chi
 #pragma GCC unroll 3
     for (int d = 0; d < dim; ++d)
       gap += field.turn[d][c] * pull.fluctuation[d];
@@ -232,7 +197,7 @@ template <bool periodic>
 template <int dim>
 [[gnu::always_inline]] inline void CorrectedSprings<dim>::Sums::add_force(const Octet &octet, const Pull &pull, int c)
 {
-  Monomials<dim>(octet.xi).add_moments(pull.force[c], force[c]);
+  add_moments(pull.force[c], octet.xi, force[c]);
 #pragma GCC unroll 3
   for (int d = 0; d < dim; ++d)
     turn[d][c] += pull.force[c] * pull.fluctuation[d];
@@ -241,7 +206,7 @@ template <int dim>
 template <int dim>
 [[gnu::always_inline]] inline void CorrectedSprings<dim>::Sums::add_stress(const Octet &octet, const Pull &pull, int s)
 {
-  Monomials<dim>(octet.xi).add_moments(pull.stress[s], stress[s]);
+  add_moments(pull.stress[s], octet.xi, stress[s]);
 }
 
 /// What the springs of a cell give to the nodes, to their strains, and to the turn of the cell.

@@ -114,10 +114,7 @@ public:
   [[gnu::always_inline]] void fetch_after(int batch, const Arrays &...arrays) const
   {
     kerf::fetch_after(all_batches, batch);
-    constexpr int distance = 6;
-    if (batch + distance < static_cast<int>(all_batches.size()))
-      for (const std::ptrdiff_t begin : all_batches[batch + distance].begin)
-        (__builtin_prefetch(arrays.data() + begin), ...);
+    fetch_vectors_after(all_batches, batch, 6, arrays...);
   }
 
   /// Coefficients of a vector field of the window's nodes, columns of a matrix, for value_of() a pack.

@@ -282,6 +282,16 @@ template <typename Element>
     __builtin_prefetch(soon + at);
 }
 
+/// The same for the particles' vectors of the group of links that comes @p distance after; they are scattered.
+template <typename Group, typename... Arrays>
+[[gnu::always_inline]] inline void fetch_vectors_after(const std::vector<Group> &groups, int group, int distance,
+                                                       const Arrays &...arrays)
+{
+  if (group + distance < static_cast<int>(groups.size()))
+    for (const std::ptrdiff_t begin : groups[group + distance].begin)
+      (__builtin_prefetch(arrays.data() + begin), ...);
+}
+
 /// The nearest image, where space repeats itself after @p period [m].
 template <int dim>
 void wrap(LinkPack &gap, const Eigen::Vector3d &period)
