@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "coupler/commands.h"
-#include "coupler/input_error.h"
+#include "coupler/application/commands/commands.h"
+#include "coupler/base/errors.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/dem_side.h"
 
-#include "dem_side/bond_weight.h"
-#include "dem_side/liggghts_instance.h"
-#include "dem_side/rock_bond_style.h"
-#include "dem_side/slabs.h"
+#include "dem_side/bond/bond_weight.h"
+#include "dem_side/engine/liggghts_instance.h"
+#include "dem_side/engine/rank_borders.h"
+#include "dem_side/engine/rock_bond_style.h"
 
 #include <algorithm>
 #include <atom.h>

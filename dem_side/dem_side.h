@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "dem_side/packing.h"
+#include "dem_side/packing/packing.h"
 
 #include <Eigen/Core>
 #include <array>

@@ -4,7 +4,7 @@
 #include "tests/benchmarks/fcc_block.h"
 #include "tests/benchmarks/plain_bond_loop.h"
 #include "tests/benchmarks/stock_contacts.h"
-#include "tests/unit/dem_test_packings.h"
+#include "tests/support/dem_test_packings.h"
 
 #include <benchmark/benchmark.h>
 #include <string>

@@ -6,7 +6,7 @@
 
 Programs run one after another on one core each, in rounds, so that a change of the machine's speed meets all of them; what
 counts is CPU time and the median of the rounds. Yade and ESyS-Particle are left out where they are not installed. Raw data
-go to results/compare_dem/, the table between the markers <!-- dem:begin --> and <!-- dem:end --> of docs/results.md.
+go to results/compare_dem/, the table between the markers <!-- dem:begin --> and <!-- dem:end --> of docs/results/performance.md.
 """
 import argparse
 import json
@@ -150,7 +150,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--bench", type=Path, default=ROOT / "build" / "bench_dem")
     parser.add_argument("--results", type=Path, default=ROOT / "results" / "compare_dem")
-    parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results.md")
+    parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results" / "performance.md")
     parser.add_argument("--ranks", type=int, default=1, help="measure kerf on so many ranks, too")
     parser.add_argument("--existing", action="store_true", help="run nothing, write the table of the last run again")
     options = parser.parse_args()

@@ -7,7 +7,7 @@
 Everything runs on one core, one after another, in rounds, so that a change of the machine's speed meets all of it; ratios are
 medians of the rounds' ratios, speeds those of the fastest round. With --ranks whole steps are measured on ranks, too, in wall
 time, the fastest round against the fastest of one rank: other load on the machine stops all ranks. Raw data
-go to results/compare_fem/, the table between the markers <!-- fem:begin --> and <!-- fem:end --> of docs/results.md.
+go to results/compare_fem/, the table between the markers <!-- fem:begin --> and <!-- fem:end --> of docs/results/performance.md.
 """
 import argparse
 import json
@@ -110,7 +110,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--bench", type=Path, default=ROOT / "build" / "bench_fem")
     parser.add_argument("--results", type=Path, default=ROOT / "results" / "compare_fem")
-    parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results.md")
+    parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results" / "performance.md")
     parser.add_argument("--ranks", type=int, default=1, help="measure whole steps on so many ranks, too")
     parser.add_argument("--existing", action="store_true", help="run nothing, write the table of the last run again")
     options = parser.parse_args()

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "tests/unit/fem_cell_mesh.h"
+#include "tests/support/fem_cell_mesh.h"
 
 namespace kerf::fem::benchmarks
 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/benchmarks/stock_contacts.h"
 
-#include "dem_side/liggghts_instance.h"
+#include "dem_side/engine/liggghts_instance.h"
 
 #include <atom.h>
 #include <atom_vec.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/benchmarks/stock_matrix_free.h"
 
-#include "tests/unit/fem_fixture.h"
+#include "tests/support/fem_fixture.h"
 
 #include <deal.II/dofs/dof_handler.h>
 #include <deal.II/fe/fe_q.h>

@@ -11,7 +11,7 @@ import os
 import sys
 import tempfile
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "tools"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import kerf_runner  # noqa: E402
 
 KERF, CASES, WHAT = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2]), sys.argv[3]
@@ -50,7 +50,7 @@ def compare_modes(work):
     adaptive = histories["adaptive"]
     missing = max(abs(value) for value in adaptive["energy_residual"]) / adaptive["work_tool"][-1]
     check("activating below the moving tool keeps the balance", missing < 0.005, f"{missing:.2e} of the work of the tool")
-    # Rock breaks along other paths: over sixteen packings work and breaks of single cuts differ by some 15 % (docs/results.md,
+    # Rock breaks along other paths: over sixteen packings work and breaks of single cuts differ by some 15 % (docs/results/cutting.md,
     # standard errors times four). Three of that are a gross error.
     for column in ("work_tool", "broken_bonds"):
         ratio = adaptive[column][-1] / histories["dem"][column][-1]
@@ -58,7 +58,7 @@ def compare_modes(work):
 
 
 def compare_exchange(work):
-    # The corrector and full multipliers take more, docs/coupling.md says how much.
+    # The corrector and full multipliers take more, docs/results/coupling.md says how much.
     for name, values in (("disc_cutter_2d", {}), ("disc_cutter_3d", {"Time/End time": "0.7e-3"})):
         case = kerf_runner.copy_case(os.path.join(CASES, name), os.path.join(work, name))
         for method, ratio in (("penalty", "0.5"), ("penalty_mass_scaled", "0.5"), ("multipliers_diagonal", "0.02")):

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/calibration/ratio_search.h"
+#include "coupler/application/commands/commands.h"
+#include "coupler/application/output/specimen_gauge.h"
+#include "coupler/application/setup/problem.h"
+#include "coupler/base/errors.h"
+
+#include <cmath>
+#include <filesystem>
+#include <iomanip>
+#include <limits>
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+/// Half angle of the flats of split discs. On a round disc a platen meets one particle, on narrow flats the rock below is
+/// crushed before the disc splits; from here on the cracks start along the loaded diameter.
+constexpr double flat_angle = 15. * M_PI / 180.;
+
+/// Tests last this many times the loading up to the targets if they do not end before. Under the flats a disc gives way a lot,
+/// in three dimensions most.
+double longest(bool brazilian)
+{
+  return brazilian ? 10. : 4.;
+}
+
+struct Mean
+{
+  double value = 0., scatter = 0.; ///< mean and standard deviation over the packings
+};
+
+/// What the tests on all packings gave for one set of bond strengths.
+struct Attempt
+{
+  dem::BondParameters bond;
+  Mean compressive, tensile, young, poisson;
+  bool complete = true; ///< every test passed its peak
+
+  double ratio() const { return compressive.value / tensile.value; }
+};
+
+/// Specimens of the case's rock, tested in the press of `kerf run` in mode dem.
+class Press
+{
+public:
+  Press(const Case &rock, MPI_Comm comm) : rock(rock), comm(comm)
+  {
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &n_ranks);
+  }
+
+  /// Collective; the tests are dealt out to the ranks.
+  Attempt test(const dem::BondParameters &bond)
+  {
+    const int n = rock.calibration.n_packings;
+    // Column: one packing. Rows: UCS, E, nu, Brazilian strength, tests that did not pass their peak.
+    Eigen::MatrixXd values = Eigen::MatrixXd::Zero(5, n);
+    std::string error;
+    try
+    {
+      for (int job = rank; job < 2 * n; job += n_ranks)
+      {
+        const bool brazilian = job % 2 == 1;
+        const int packing = job / 2;
+        const SpecimenResult result = run(specimen(packing, brazilian, bond));
+        if (brazilian)
+          values(3, packing) = result.strength;
+        else
+          values.block<3, 1>(0, packing) << result.strength, result.young, result.poisson;
+        values(4, packing) += !result.peak_passed;
+      }
+    }
+    catch (const std::exception &exception)
+    {
+      error = exception.what();
+    }
+    int failed = !error.empty();
+    MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_SUM, comm);
+    if (failed)
+      throw InputError(error.empty() ? "calibration: a test failed on another rank" : error);
+    MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, comm);
+
+    Attempt attempt;
+    attempt.bond = bond;
+    attempt.complete = values.row(4).sum() == 0.;
+    const auto mean = [&](int row)
+    {
+      const double value = values.row(row).mean();
+      return Mean{value, n > 1 ? std::sqrt((values.row(row).array() - value).square().sum() / (n - 1)) : 0.};
+    };
+    attempt.compressive = mean(0);
+    attempt.young = mean(1);
+    attempt.poisson = mean(2);
+    attempt.tensile = mean(3);
+    return attempt;
+  }
+
+private:
+  /// @param packing number of the specimen; its seed is not that of the case's own store. Compressed specimens have stiffnesses
+  /// of their own by the static solve, as every packing that is run; split ones are too small for it and take those of @p bond,
+  /// strengths do not depend on them.
+  Case specimen(int packing, bool brazilian, const dem::BondParameters &bond) const
+  {
+    Case result = rock;
+    const double d = rock.packing.mean_diameter, width = rock.calibration.specimen_width;
+    result.mesh = fem::MeshSettings();
+    result.mesh.shape = brazilian ? fem::MeshShape::disc : fem::MeshShape::box;
+    result.mesh.cell_size = std::max(4. * d, 0.1 * width);
+    result.mesh.flat_angle = flat_angle;
+    result.mesh.upper =
+      brazilian ? Eigen::Vector3d(1.25 * width, 1.25 * width, width) : Eigen::Vector3d(width, 2. * width, width);
+    if (rock.dim() == 2)
+      result.mesh.upper[2] = 0.;
+    result.boundary_conditions.clear();
+    result.packing.seed = rock.packing.seed + 1 + packing;
+    const std::string folder = rock.directory + "/specimens";
+    std::filesystem::create_directories(folder);
+    std::ostringstream name;
+    name << folder << (brazilian ? "/disc_" : "/box_") << rock.packing.kind << '_' << rock.dim() << "d_" << std::lround(1e6 * d)
+         << "um_" << std::lround(width / d) << "d_seed" << result.packing.seed << ".h5";
+    result.packing_file = name.str();
+    result.calibrated_strength = false;
+    result.given_stiffness = brazilian;
+    result.bond = bond;
+
+    // Strain at the target at the duration asked for; the ends of a split disc yield several times its mean strain.
+    const double speed_p = rock.rock.speed_p();
+    const double duration = rock.calibration.transits * result.mesh.upper[1] / speed_p;
+    const double strain =
+      brazilian ? 5. * rock.tensile_strength / rock.rock.young : rock.compressive_strength / rock.rock.young;
+    result.tool = Case::Tool();
+    result.tool.kind = Case::ToolKind::platens;
+    result.tool.closing_speed = strain * result.mesh.upper[1] / duration;
+    result.tool.smoothing_time = 0.1 * duration;
+    result.tool.stiffness_ratio = 1.;
+    result.tool.damping = 0.1;
+    result.end_time = longest(brazilian) * duration;
+    result.time_step = 0.;
+    result.stop_below = brazilian ? 0.35 : 0.6; // single contacts below the platens may fail before the disc
+    return result;
+  }
+
+  SpecimenResult run(const Case &settings) const
+  {
+    Console silent(false);
+    Scene scene = build_scene(settings, Mode::dem, silent, MPI_COMM_SELF);
+    CoupledModel model(scene.settings, Mode::dem, *scene.fem, scene.packing, scene.dt, MPI_COMM_SELF);
+    model.start();
+    const SpecimenGauge gauge(scene.settings, scene.fem->mesh(), scene.packing, MPI_COMM_SELF);
+    SpecimenRecord record;
+    const int interval = std::max(1, static_cast<int>(settings.end_time / (200. * longest(is_brazilian(settings))) / scene.dt));
+    while (model.time() < settings.end_time && !record.fell_below(settings.stop_below))
+    {
+      model.advance(interval);
+      record.add(gauge.read(model, model.take_tool_force().mean[1]));
+    }
+    return record.result(settings.dim());
+  }
+
+  const Case &rock;
+  MPI_Comm comm;
+  int rank = 0, n_ranks = 1;
+};
+
+/// Strengths scale with R_n and R_t together; their ratio UCS/BTS depends on R_t/R_n only (bonds are linear up to failure).
+class StrengthSearch
+{
+public:
+  StrengthSearch(const Case &rock, Press &press, Console &console) : rock(rock), press(press), console(console) {}
+
+  Attempt find(dem::BondParameters bond)
+  {
+    const double target = rock.compressive_strength / rock.tensile_strength;
+    constexpr double tolerance = 0.02, accepted = 0.05;
+    const double d = rock.packing.mean_diameter;
+    bond.R_n = 2. * rock.tensile_strength * (rock.dim() == 2 ? d : d * d);
+    double q = 1.5; // R_t/R_n
+    RatioSearch ratios;
+    Attempt best;
+    double best_error = std::numeric_limits<double>::max();
+    for (int iteration = 0; iteration < 12; ++iteration)
+    {
+      bond.R_t = q * bond.R_n;
+      const Attempt attempt = evaluate(bond);
+      const double error = worst_error(attempt);
+      if (attempt.complete && error < best_error)
+      {
+        best = attempt;
+        best_error = error;
+      }
+      if (attempt.complete && error < tolerance)
+        break;
+      bond.R_n *=
+        std::sqrt(rock.tensile_strength / attempt.tensile.value * rock.compressive_strength / attempt.compressive.value);
+      const double off = std::log(attempt.ratio() / target);
+      // Strains and the platens' grip on a disc grow with the strengths, which changes the ratio a little: the size comes
+      // first.
+      if (std::abs(off) < 0.5 * tolerance || (iteration == 0 && error > 0.1))
+        continue;
+      ratios.add(q, off);
+      q = ratios.next();
+      if (q == 0. && (ratios.bracketed() || best_error < accepted))
+        break;
+      if (q == 0.)
+        throw InputError(
+          rock.directory + "/case.prm: Rock/Compressive strength / Tensile strength = " + text(target) +
+          " is out of reach, the packings give " + text(attempt.ratio()) +
+          " at R_t/R_n = " + text(attempt.bond.R_t / attempt.bond.R_n) +
+          (off < 0. ? "; more bonds a particle (Packing/Gap tolerance), Bond/Friction and Bond/Shear strength friction raise it"
+                    : "; a smaller Packing/Gap tolerance lowers it"));
+    }
+    if (best_error > accepted)
+      throw InputError(rock.directory + "/case.prm: the strength calibration has not converged, best error " +
+                       text(100. * best_error) + " %; take more Calibration/Packings or a larger Calibration/Specimen width");
+    return best;
+  }
+
+private:
+  static std::string text(double value)
+  {
+    std::ostringstream stream;
+    stream << std::setprecision(4) << value;
+    return stream.str();
+  }
+  double worst_error(const Attempt &attempt) const
+  {
+    return std::max(std::abs(attempt.tensile.value / rock.tensile_strength - 1.),
+                    std::abs(attempt.compressive.value / rock.compressive_strength - 1.));
+  }
+  Attempt evaluate(const dem::BondParameters &bond)
+  {
+    const Attempt attempt = press.test(bond);
+    std::ostringstream line;
+    line << std::setprecision(4) << "R_n = " << bond.R_n << ", R_t/R_n = " << bond.R_t / bond.R_n << ": uniaxial "
+         << attempt.compressive.value / 1e6 << " +- " << attempt.compressive.scatter / 1e6 << " MPa, Brazilian "
+         << attempt.tensile.value / 1e6 << " +- " << attempt.tensile.scatter / 1e6 << " MPa, ratio " << attempt.ratio()
+         << (attempt.complete ? "" : " (not all tests passed their peak)");
+    console.message(line.str());
+    return attempt;
+  }
+
+  const Case &rock;
+  Press &press;
+  Console &console;
+};
+
+std::string report(const Case &rock, const Attempt &found)
+{
+  std::ostringstream text;
+  text << std::setprecision(4) << "calibrated with " << rock.calibration.n_packings << " packings, mean +- standard deviation\n"
+       << "  k_n = " << found.bond.k_n << ", k_t = " << found.bond.k_t << " N/m, R_n = " << found.bond.R_n
+       << ", R_t = " << found.bond.R_t << " N" << (rock.dim() == 2 ? "/m" : "") << ", shear strength friction "
+       << found.bond.shear_friction << ", friction " << found.bond.friction << '\n';
+  const auto line = [&](const char *name, double target, const Mean &mean, double unit, const char *unit_name)
+  {
+    text << "  " << std::left << std::setw(22) << name << " target " << std::setw(7) << target / unit << " reached "
+         << mean.value / unit << " +- " << mean.scatter / unit << ' ' << unit_name << '\n';
+  };
+  line("E of the specimens", rock.rock.young, found.young, 1e9, "GPa");
+  line("nu of the specimens", rock.rock.poisson, found.poisson, 1., "");
+  line("uniaxial compression", rock.compressive_strength, found.compressive, 1e6, "MPa");
+  line("Brazilian strength", rock.tensile_strength, found.tensile, 1e6, "MPa");
+  return text.str();
+}
+} // namespace
+
+int calibrate_case(const RunOptions &options, MPI_Comm comm)
+{
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  Console console(rank == 0);
+  const Case settings = read_case(options.case_directory, options.overrides);
+  const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);
+  dem::Packing store;
+  build_packing(settings, *fem, store, console, comm);
+  console.message(packing_summary(store));
+
+  Press press(settings, comm);
+  dem::BondParameters bond = settings.bond;
+  bond.k_n = store.calibration.k_n;
+  bond.k_t = store.calibration.k_t;
+  const Attempt found = StrengthSearch(settings, press, console).find(bond);
+
+  dem::StrengthCalibration &strength = store.strength;
+  strength.R_n = found.bond.R_n;
+  strength.R_t = found.bond.R_t;
+  strength.shear_friction = found.bond.shear_friction;
+  strength.friction = found.bond.friction;
+  strength.target_tensile = settings.tensile_strength;
+  strength.target_compressive = settings.compressive_strength;
+  strength.achieved_tensile = found.tensile.value;
+  strength.scatter_tensile = found.tensile.scatter;
+  strength.achieved_compressive = found.compressive.value;
+  strength.scatter_compressive = found.compressive.scatter;
+  strength.achieved_young = found.young.value;
+  strength.scatter_young = found.young.scatter;
+  strength.achieved_poisson = found.poisson.value;
+  strength.scatter_poisson = found.poisson.scatter;
+  strength.n_packings = settings.calibration.n_packings;
+  if (rank == 0)
+    dem::save_packing(store, settings.packing_file);
+  console.message(report(settings, found) + "written into " + settings.packing_file + "; used with Bond/Strength = calibrated");
+  return 0;
+}
+} // namespace kerf

@@ -1,0 +1,516 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/case_file/case_file.h"
+
+#include "coupler/application/case_file/parameter_table.h"
+#include "coupler/base/errors.h"
+
+#include <deal.II/base/parameter_handler.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+std::string trimmed(const std::string &text)
+{
+  const auto first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos)
+    return "";
+  return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
+}
+
+std::vector<std::string> split(const std::string &text, char separator)
+{
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, separator);)
+    if (!trimmed(part).empty())
+      parts.push_back(trimmed(part));
+  return parts;
+}
+
+/// Number of edits (insert, delete, replace) between two words, for "did you mean".
+std::size_t edit_distance(const std::string &a, const std::string &b)
+{
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j)
+    row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i)
+  {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j)
+    {
+      const std::size_t above = row[j];
+      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+/// Checks one assignment against the table; returns the entry.
+const Parameter &checked_entry(const std::string &where, const std::string &section, const std::string &key,
+                               const std::string &value)
+{
+  const Parameter *nearest = nullptr;
+  std::size_t nearest_distance = 1000;
+  for (const Parameter &parameter : parameter_table())
+  {
+    if (parameter.section == section && parameter.key == key)
+    {
+      if (!parameter.pattern->match(value))
+        throw InputError(where + ": " + section + "/" + key + " = '" + value + "' is not allowed: give " + parameter.allowed +
+                         " [" + parameter.unit + "]");
+      return parameter;
+    }
+    const std::size_t distance = edit_distance(parameter.section + "/" + parameter.key, section + "/" + key);
+    if (distance < nearest_distance)
+    {
+      nearest_distance = distance;
+      nearest = &parameter;
+    }
+  }
+  throw InputError(where + ": unknown key " + section + "/" + key + ", the nearest valid key is " + nearest->section + "/" +
+                   nearest->key + " (all keys: kerf params)");
+}
+
+/// ParameterHandler reports errors in several lines; this walks the file first so that a user gets one.
+void check_lines(const std::string &path)
+{
+  std::ifstream file(path);
+  if (!file)
+    throw InputError(path + ": no such file, a case directory holds a case.prm");
+  std::vector<std::string> sections;
+  int number = 0;
+  for (std::string line; std::getline(file, line);)
+  {
+    const std::string where = path + ":" + std::to_string(++number);
+    const std::string text = trimmed(line.substr(0, line.find('#')));
+    if (text.empty())
+      continue;
+    if (text.rfind("subsection ", 0) == 0)
+      sections.push_back(trimmed(text.substr(11)));
+    else if (text == "end")
+    {
+      if (sections.empty())
+        throw InputError(where + ": 'end' without 'subsection'");
+      sections.pop_back();
+    }
+    else if (text.rfind("set ", 0) == 0 && text.find('=') != std::string::npos)
+    {
+      const auto equal = text.find('=');
+      checked_entry(where, sections.size() == 1 ? sections[0] : "", trimmed(text.substr(4, equal - 4)),
+                    trimmed(text.substr(equal + 1)));
+    }
+    else
+      throw InputError(where + ": '" + text + "' is not understood, lines are 'subsection NAME', 'set KEY = VALUE', 'end'");
+  }
+  if (!sections.empty())
+    throw InputError(path + ": 'subsection " + sections.back() + "' has no 'end'");
+}
+
+/// The handler after file and overrides.
+void read_handler(dealii::ParameterHandler &handler, const std::string &directory, const std::vector<Override> &overrides)
+{
+  for (const Parameter &parameter : parameter_table())
+  {
+    handler.enter_subsection(parameter.section);
+    handler.declare_entry(parameter.key, parameter.default_value, *parameter.pattern,
+                          parameter.meaning + " [" + parameter.unit + "]");
+    handler.leave_subsection();
+  }
+  if (!std::filesystem::is_directory(directory))
+    throw InputError(directory + ": no such case directory");
+  const std::string path = directory + "/case.prm";
+  check_lines(path);
+  handler.parse_input(path);
+  for (const Override &override : overrides)
+  {
+    const auto slash = override.find('/'), equal = override.find('=');
+    if (slash == std::string::npos || equal == std::string::npos || equal < slash)
+      throw InputError("--set " + override + ": give Section/Key=value");
+    const std::string section = trimmed(override.substr(0, slash));
+    const std::string key = trimmed(override.substr(slash + 1, equal - slash - 1));
+    const std::string value = trimmed(override.substr(equal + 1));
+    checked_entry("--set", section, key, value);
+    handler.enter_subsection(section);
+    handler.set(key, value);
+    handler.leave_subsection();
+  }
+}
+
+/// Typed access with the section in front; keeps the source of an error for composite values.
+class Reader
+{
+public:
+  Reader(dealii::ParameterHandler &handler, std::string file) : handler(handler), file(std::move(file)) {}
+
+  double number(const std::string &section, const std::string &key) const { return std::stod(text(section, key)); }
+  int integer(const std::string &section, const std::string &key) const { return std::stoi(text(section, key)); }
+  bool flag(const std::string &section, const std::string &key) const
+  {
+    const std::string value = text(section, key);
+    return value == "true" || value == "yes";
+  }
+  std::string text(const std::string &section, const std::string &key) const
+  {
+    handler.enter_subsection(section);
+    const std::string value = trimmed(handler.get(key));
+    handler.leave_subsection();
+    return value;
+  }
+  Eigen::Vector3d point(const std::string &section, const std::string &key) const
+  {
+    Eigen::Vector3d result = Eigen::Vector3d::Zero();
+    const auto parts = split(text(section, key), ',');
+    for (std::size_t i = 0; i < parts.size() && i < 3; ++i)
+      result[i] = std::stod(parts[i]);
+    return result;
+  }
+  /// Items separated by ';', each of numbers separated by blanks.
+  std::vector<std::vector<double>> rows(const std::string &section, const std::string &key, std::size_t columns) const
+  {
+    std::vector<std::vector<double>> result;
+    for (const std::string &item : split(text(section, key), ';'))
+    {
+      std::istringstream stream(item);
+      std::vector<double> row;
+      for (double value; stream >> value;)
+        row.push_back(value);
+      if (row.size() != columns || !stream.eof())
+        fail(section, key, "'" + item + "' is not " + std::to_string(columns) + " numbers separated by blanks");
+      result.push_back(row);
+    }
+    return result;
+  }
+  [[noreturn]] void fail(const std::string &section, const std::string &key, const std::string &what) const
+  {
+    throw InputError(file + ": " + section + "/" + key + ": " + what);
+  }
+
+private:
+  dealii::ParameterHandler &handler;
+  std::string file;
+};
+
+fem::BoundaryCondition boundary_condition(const Reader &reader, const std::string &item, int dim)
+{
+  const auto fail = [&](const std::string &what) { reader.fail("Boundary", "Conditions", "'" + item + "': " + what); };
+  fem::BoundaryCondition condition;
+  const auto colon = item.find(':');
+  if (colon == std::string::npos)
+    fail("give 'id: kind'");
+  const std::string id = trimmed(item.substr(0, colon));
+  const std::vector<std::string> sides = {"left", "right", "bottom", "top", "back", "front"};
+  const auto side = std::find(sides.begin(), sides.end(), id);
+  if (side != sides.end())
+    condition.id = static_cast<int>(side - sides.begin());
+  else if (!id.empty() && std::all_of(id.begin(), id.end(), ::isdigit))
+    condition.id = std::stoi(id);
+  else if (id.find_first_of("<>=&|") != std::string::npos)
+    condition.where = id;
+  else
+    fail("'" + id + "' is no boundary, give a number, left, right, bottom, top, back, front or an expression such as y < 1e-6");
+
+  std::istringstream stream(item.substr(colon + 1));
+  std::string kind;
+  stream >> kind;
+  if (kind == "free")
+    condition.kind = fem::BoundaryKind::free;
+  else if (kind == "fixed")
+    condition.kind = fem::BoundaryKind::fixed;
+  else if (kind == "roller")
+    condition.kind = fem::BoundaryKind::roller;
+  else if (kind == "absorbing")
+    condition.kind = fem::BoundaryKind::absorbing;
+  else if (kind == "in_situ")
+    condition.kind = fem::BoundaryKind::in_situ;
+  else if (kind == "velocity" || kind == "traction")
+  {
+    const bool moves = kind == "velocity";
+    condition.kind = moves ? fem::BoundaryKind::velocity : fem::BoundaryKind::traction;
+    std::string word;
+    const std::string x = moves ? "V" : "T";
+    const std::string form =
+      "give '" + kind + ' ' + x + "X " + x + (dim == 2 ? "Y" : "Y " + x + "Z") + " ramp " + (moves ? "T'" : "DURATION'");
+    for (int c = 0; c < dim; ++c)
+      if (!(stream >> (moves ? condition.velocity : condition.traction)[c]))
+        fail(form);
+    if (stream >> word && (word != "ramp" || !(stream >> condition.ramp) || condition.ramp < 0.))
+      fail(form);
+  }
+  else
+    fail("'" + kind + "' is no kind, give free, fixed, roller, velocity, traction, in_situ or absorbing");
+  std::string rest;
+  if (stream >> rest)
+    fail("'" + rest + "' is not understood");
+  return condition;
+}
+
+Eigen::Matrix3d initial_stress(const Reader &reader, int dim)
+{
+  Eigen::Matrix3d stress = Eigen::Matrix3d::Zero();
+  const auto rows = reader.rows("Loads", "Initial stress", dim == 2 ? 3 : 6);
+  if (rows.size() > 1)
+    reader.fail("Loads", "Initial stress", "is one stress, without ';'");
+  if (!rows.empty() && dim == 2)
+    stress.topLeftCorner<2, 2>() << rows[0][0], rows[0][2], rows[0][2], rows[0][1];
+  else if (!rows.empty())
+    stress << rows[0][0], rows[0][5], rows[0][4], rows[0][5], rows[0][1], rows[0][3], rows[0][4], rows[0][3], rows[0][2];
+  return stress;
+}
+
+template <typename Choice>
+Choice choose(const std::string &text, const std::vector<std::pair<std::string, Choice>> &choices)
+{
+  for (const auto &choice : choices)
+    if (choice.first == text)
+      return choice.second;
+  throw InputError("'" + text + "' is not a known choice");
+}
+
+Case::Tool read_tool(const Reader &reader)
+{
+  Case::Tool tool;
+  tool.kind = choose<Case::ToolKind>(
+    reader.text("Tool", "Kind"),
+    {{"none", Case::ToolKind::none}, {"disc", Case::ToolKind::disc}, {"platens", Case::ToolKind::platens}});
+  tool.radius = reader.number("Tool", "Radius");
+  tool.width = reader.number("Tool", "Width");
+  if (tool.width > 0. && reader.integer("Mesh", "Dimension") == 2)
+    reader.fail("Tool", "Width", "is for three dimensions, in two the disc is a cylinder without end: 0");
+  if (tool.width > 2. * tool.radius)
+    reader.fail("Tool", "Width", "must not be larger than twice the radius");
+  for (const auto &row : reader.rows("Tool", "Path", 3))
+  {
+    if (!tool.path.empty() && row[0] <= tool.path.back().first)
+      reader.fail("Tool", "Path", "times must increase");
+    tool.path.push_back({row[0], Eigen::Vector3d(row[1], row[2], reader.number("Tool", "Middle"))});
+  }
+  if (tool.kind == Case::ToolKind::disc && tool.path.empty())
+    reader.fail("Tool", "Path", "a disc needs at least one way point 't x y'");
+  tool.smoothing_time = reader.number("Tool", "Smoothing time");
+  tool.rolling = reader.flag("Tool", "Rolling");
+  tool.closing_speed = reader.number("Tool", "Closing speed");
+  tool.stiffness_ratio = reader.number("Tool", "Stiffness ratio");
+  tool.friction = reader.number("Tool", "Friction");
+  tool.damping = reader.number("Tool", "Damping ratio");
+  return tool;
+}
+
+} // namespace
+
+Mode mode_from_name(const std::string &name)
+{
+  return choose<Mode>(name, {{"adaptive", Mode::adaptive}, {"fixed", Mode::fixed}, {"dem", Mode::dem}, {"fem", Mode::fem}});
+}
+
+std::string name_of(Mode mode)
+{
+  switch (mode)
+  {
+  case Mode::adaptive:
+    return "adaptive";
+  case Mode::fixed:
+    return "fixed";
+  case Mode::dem:
+    return "dem";
+  default:
+    return "fem";
+  }
+}
+
+Case read_case(const std::string &directory, const std::vector<Override> &overrides)
+{
+  dealii::ParameterHandler handler;
+  read_handler(handler, directory, overrides);
+  const Reader reader(handler, directory + "/case.prm");
+
+  Case result;
+  result.directory = directory;
+  result.name = std::filesystem::weakly_canonical(directory).filename().string();
+  const auto in_case = [&](const std::string &path)
+  { return std::filesystem::path(path).is_absolute() ? path : directory + "/" + path; };
+
+  result.mode = mode_from_name(reader.text("Run", "Mode"));
+
+  result.rock.density = reader.number("Rock", "Density");
+  result.rock.young = reader.number("Rock", "Young modulus");
+  result.rock.poisson = reader.number("Rock", "Poisson ratio");
+  result.tensile_strength = reader.number("Rock", "Tensile strength");
+  result.compressive_strength = reader.number("Rock", "Compressive strength");
+
+  const int dim = reader.integer("Mesh", "Dimension");
+  result.packing.dim = dim;
+  const std::string mesh_file = reader.text("Mesh", "File");
+  result.mesh.gmsh_file = mesh_file.empty() ? "" : in_case(mesh_file);
+  if (!mesh_file.empty() && !std::filesystem::exists(result.mesh.gmsh_file))
+    reader.fail("Mesh", "File", result.mesh.gmsh_file + " does not exist");
+  result.mesh.shape =
+    choose<fem::MeshShape>(reader.text("Mesh", "Shape"), {{"box", fem::MeshShape::box}, {"disc", fem::MeshShape::disc}});
+  result.mesh.flat_angle = reader.number("Mesh", "Flat angle") * M_PI / 180.;
+  result.mesh.lower = reader.point("Mesh", "Lower corner");
+  result.mesh.upper = reader.point("Mesh", "Upper corner");
+  result.mesh.cell_size = reader.number("Mesh", "Cell size");
+  result.mesh.fine_lower = reader.point("Mesh", "Fine zone lower corner");
+  result.mesh.fine_upper = reader.point("Mesh", "Fine zone upper corner");
+  result.mesh.growth = reader.number("Mesh", "Growth ratio");
+  result.mesh.largest_cell_size = reader.number("Mesh", "Largest cell size");
+  for (const char axis : reader.text("Mesh", "Periodic"))
+    if (const int c = axis - 'x'; c == 1 || c == 2) // "none" has no axis in it
+    {
+      if (c >= dim)
+        reader.fail("Mesh", "Periodic", "in two dimensions none or y are allowed");
+      result.mesh.periodic[c] = result.packing.periodic[c] = true;
+    }
+  for (const auto &row : reader.rows("Mesh", "Refine", 2 * dim + 1))
+  {
+    fem::RefinedBox box;
+    for (int c = 0; c < dim; ++c)
+      box.lower[c] = row[c], box.upper[c] = row[dim + c];
+    box.levels = static_cast<int>(row[2 * dim]);
+    if (box.levels != row[2 * dim] || box.levels < 1 || box.levels > 8)
+      reader.fail("Mesh", "Refine", "a cell is halved 1 to 8 times, a whole number");
+    result.mesh.refined.push_back(box);
+  }
+  bool extended = true;
+  for (int c = 0; c < dim; ++c)
+    extended = extended && result.mesh.upper[c] > result.mesh.lower[c];
+  if (mesh_file.empty() && !extended)
+    reader.fail("Mesh", "Upper corner",
+                std::string("must be larger than the lower corner in ") + (dim == 2 ? "x and y" : "x, y and z"));
+
+  result.strain = choose<fem::Strain>(reader.text("Finite elements", "Strain"),
+                                      {{"finite", fem::Strain::finite}, {"small", fem::Strain::small}});
+  result.integration = choose<fem::Integration>(
+    reader.text("Finite elements", "Integration"),
+    {{"full", fem::Integration::full}, {"selective", fem::Integration::selective}, {"one_point", fem::Integration::one_point}});
+
+  for (const std::string &item : split(reader.text("Boundary", "Conditions"), ';'))
+    result.boundary_conditions.push_back(boundary_condition(reader, item, dim));
+  result.gravity = reader.point("Loads", "Gravity");
+  result.gravity_ramp = reader.number("Loads", "Gravity ramp");
+  result.initial_stress = initial_stress(reader, dim);
+
+  result.packing.kind = reader.text("Packing", "Kind");
+  result.packing.mean_diameter = reader.number("Packing", "Mean diameter");
+  result.packing.radius_spread = reader.number("Packing", "Radius spread");
+  result.packing.gap_tolerance = reader.number("Packing", "Gap tolerance");
+  result.packing.seed = static_cast<unsigned>(reader.integer("Packing", "Seed"));
+  result.packing.lattice.row_axis = reader.text("Packing", "Rows along") == "y" ? 1 : 0;
+  if (const std::string plane = reader.text("Packing", "Plane at"); !plane.empty())
+  {
+    std::size_t used = 0;
+    try
+    {
+      result.packing.lattice.plane_at = std::stod(plane, &used);
+    }
+    catch (const std::exception &)
+    {
+    }
+    if (used != plane.size() || !std::isfinite(result.packing.lattice.plane_at))
+      reader.fail("Packing", "Plane at", "'" + plane + "' is no number, give x in m or nothing");
+  }
+  std::string packing_file = reader.text("Packing", "File");
+  if (packing_file.empty())
+    packing_file = "packing_" + result.packing.kind + "_" + std::to_string(std::lround(1e6 * result.packing.mean_diameter)) +
+                   "um_seed" + std::to_string(result.packing.seed) + ".h5";
+  result.packing_file = in_case(packing_file);
+  const std::string surface_file = reader.text("Packing", "Surface");
+  result.packing_surface_file = surface_file.empty() ? "" : in_case(surface_file);
+
+  result.bond.R_n = reader.number("Bond", "Tensile strength");
+  result.bond.R_t = reader.number("Bond", "Shear strength");
+  result.bond.shear_friction = reader.number("Bond", "Shear strength friction");
+  result.bond.friction = reader.number("Bond", "Friction");
+  result.bond.damping = reader.number("Bond", "Damping ratio");
+  result.calibrated_strength = reader.text("Bond", "Strength") == "calibrated";
+  result.calibration.n_packings = reader.integer("Calibration", "Packings");
+  const double width = reader.number("Calibration", "Specimen width");
+  result.calibration.specimen_width = (width > 0. ? width : dim == 2 ? 40. : 16.) * result.packing.mean_diameter;
+  result.calibration.transits = reader.number("Calibration", "Transits");
+  result.local_damping = reader.number("Bond", "Local damping");
+
+  result.constraint = choose<ConstraintMethod>(reader.text("Coupling", "Method"),
+                                               {{"penalty", ConstraintMethod::penalty},
+                                                {"penalty_mass_scaled", ConstraintMethod::penalty_mass_scaled},
+                                                {"multipliers", ConstraintMethod::multipliers},
+                                                {"multipliers_diagonal", ConstraintMethod::multipliers_diagonal}});
+  const double overlap_cells = reader.number("Coupling", "Overlap cells");
+  result.overlap_width = overlap_cells > 0. ? overlap_cells * result.mesh.cell_size
+                                            : reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
+  result.interface_damping = reader.number("Coupling", "Interface damping");
+  result.bond.breaking_weight = reader.number("Coupling", "Breaking weight");
+  result.fluctuation_relaxation = reader.number("Coupling", "Fluctuation relaxation");
+  result.weight_function = choose<WeightFunction>(
+    reader.text("Coupling", "Weight function"),
+    {{"linear", WeightFunction::linear}, {"cubic", WeightFunction::cubic}, {"constant", WeightFunction::constant}});
+  result.penalty_ratio = reader.number("Coupling", "Penalty ratio");
+  result.corrector = reader.text("Coupling", "Corrector") == "weak";
+  if (result.corrector && result.constraint != ConstraintMethod::penalty &&
+      result.constraint != ConstraintMethod::penalty_mass_scaled)
+    reader.fail("Coupling", "Corrector", "is for the methods penalty and penalty_mass_scaled, multipliers need none");
+  if (result.corrector && result.interface_damping > 0.)
+    reader.fail("Coupling", "Corrector", "has no interface damping, set Coupling/Interface damping = 0");
+
+  result.criterion =
+    choose<Criterion>(reader.text("Adaptivity", "Criterion"), {{"maximum_principal", Criterion::maximum_principal},
+                                                               {"von_mises", Criterion::von_mises},
+                                                               {"mohr_coulomb", Criterion::mohr_coulomb},
+                                                               {"drucker_prager", Criterion::drucker_prager}});
+  result.sigma_star = reader.number("Adaptivity", "Sigma star");
+  result.check_interval = reader.integer("Adaptivity", "Check interval");
+  result.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");
+  result.event_fraction = reader.number("Adaptivity", "Event fraction");
+  result.return_fraction = reader.number("Adaptivity", "Return fraction");
+  result.return_time = reader.number("Adaptivity", "Return time");
+  for (const auto &row : reader.rows("Fixed", "Region", 2 * dim))
+  {
+    Box box{Eigen::Vector3d(0., 0., -1.), Eigen::Vector3d(0., 0., 1.)};
+    for (int c = 0; c < dim; ++c)
+      box.lower[c] = row[c], box.upper[c] = row[dim + c];
+    result.fixed_region.push_back(box);
+  }
+
+  result.tool = read_tool(reader);
+  result.energy_tolerance = reader.number("Time", "Energy tolerance");
+  result.end_time = reader.number("Time", "End time");
+  result.stop_below = reader.number("Time", "Stop below");
+  result.time_step = reader.number("Time", "Time step");
+  result.safety = reader.number("Time", "Safety");
+  result.history_interval = reader.integer("Output", "History interval");
+  result.n_snapshots = reader.integer("Output", "Snapshots");
+  return result;
+}
+
+void write_used_parameters(const std::string &directory, const std::vector<Override> &overrides, std::ostream &out)
+{
+  dealii::ParameterHandler handler;
+  read_handler(handler, directory, overrides);
+  handler.print_parameters(out, dealii::ParameterHandler::Text);
+}
+
+void write_parameter_reference(std::ostream &out)
+{
+  out << "# Parameters of a case\n\nWritten by `kerf params`. All values in SI units; `--set Section/Key=value` overrides the "
+         "file.\n";
+  std::string section;
+  for (const Parameter &parameter : parameter_table())
+  {
+    if (parameter.section != section)
+    {
+      section = parameter.section;
+      out << "\n## " << section << "\n\n| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n";
+    }
+    out << "| " << parameter.key << " | " << parameter.unit << " | "
+        << (parameter.default_value.empty() ? "" : "`" + parameter.default_value + "`") << " | " << parameter.allowed << " | "
+        << parameter.meaning << (parameter.source.empty() ? "" : " (" + parameter.source + ")") << " |\n";
+  }
+}
+} // namespace kerf

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/commands/commands.h"
+#include "coupler/application/output/results_directory.h"
+#include "coupler/application/setup/problem.h"
+
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+/// Particle-steps a second of one rank that the estimate of the run time reckons with; on the safe side of what the
+/// benchmarks of the particle side give.
+constexpr double reckoned_particle_steps = 3e6;
+
+/// Cells that the tool comes within one cell of on its way.
+std::vector<int> cells_on_the_way(const Case &settings, const fem::Mesh &mesh)
+{
+  const ToolPath path(settings.tool.path, settings.tool.smoothing_time);
+  std::vector<int> cells;
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    for (int k = 0; k <= 200; ++k)
+    {
+      const Eigen::Vector3d centre = path.position(settings.end_time * k / 200.);
+      if (distance_to_cell(mesh, cell, centre) < settings.tool.radius + settings.mesh.cell_size)
+      {
+        cells.push_back(cell);
+        break;
+      }
+    }
+  return cells;
+}
+
+/// Particles that a mode needs at its end.
+int count_particles(const Scene &scene, Mode mode)
+{
+  if (mode == Mode::fem)
+    return 0;
+  if (mode == Mode::dem)
+    return scene.packing.size();
+  const fem::Mesh &mesh = scene.fem->mesh();
+  const Eigen::Matrix3Xd no_points(3, 0);
+  Overlap overlap(mesh, no_points, scene.packing, scene.settings.weight_function, scene.settings.overlap_width);
+  if (mode == Mode::fixed)
+    overlap.convert(cells_inside(mesh, scene.settings.fixed_region));
+  else if (scene.settings.tool.kind == Case::ToolKind::disc)
+    overlap.convert(cells_on_the_way(scene.settings, mesh));
+  int n = 0;
+  for (int i = 0; i < scene.packing.size(); ++i)
+    n += overlap.needs_particle(i);
+  return n;
+}
+
+double seconds_of_fem_step(fem::FemSide &fem, double dt)
+{
+  constexpr int repeats = 20;
+  const double start = MPI_Wtime();
+  for (int k = 0; k < repeats; ++k)
+  {
+    fem.begin_step(dt, 0.);
+    fem.compute_forces();
+    fem.end_step(dt, 0.);
+  }
+  return (MPI_Wtime() - start) / repeats;
+}
+} // namespace
+
+int check_case(const RunOptions &options, MPI_Comm comm)
+{
+  int rank = 0, n_ranks = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &n_ranks);
+  Console console(rank == 0);
+  const Case settings = read_case(options.case_directory, options.overrides);
+  const Mode mode = options.mode.value_or(settings.mode);
+  Scene scene = build_scene(settings, mode, console, comm);
+
+  const double steps = std::ceil(scene.settings.end_time / scene.dt);
+  const int n_particles = count_particles(scene, mode);
+  const double fem_step = mode == Mode::dem ? 0. : seconds_of_fem_step(*scene.fem, scene.dt);
+  // An adaptive run grows to its final size about linearly.
+  const double mean_particles = mode == Mode::adaptive ? 0.5 * n_particles : n_particles;
+  const double run_time = steps * (fem_step + mean_particles / (reckoned_particle_steps * n_ranks));
+  // Bytes: a stored particle with its bonds, an active one with lists and history, a cell with its batch and nodes.
+  const double memory = 100e6 + 120. * scene.packing.size() + 2500. * n_particles + 1500. * scene.fem->mesh().n_cells();
+
+  std::ostringstream text;
+  text << std::setprecision(4) << "case " << scene.settings.name << ", mode " << name_of(mode) << ": valid\n"
+       << packing_summary(scene.packing) << "\n"
+       << "cells            " << scene.fem->mesh().n_cells() << ", nodes " << scene.fem->mesh().n_nodes() << "\n"
+       << "particles        " << scene.packing.size() << " stored, about " << n_particles << " active at the end\n"
+       << "overlap          " << scene.settings.overlap_width
+       << " m = " << scene.settings.overlap_width / scene.settings.packing.mean_diameter << " d\n"
+       << "stable step      finite elements " << scene.stable.fem << " s, particles " << scene.stable.dem << " s, this mode "
+       << scene.stable.coupled << " s\n"
+       << "time step        " << scene.dt << " s, " << steps << " steps to " << scene.settings.end_time << " s\n"
+       << "memory           about " << std::ceil(memory / 1e6) << " MB\n"
+       << "run time         about " << clock_text(run_time) << " on " << n_ranks << (n_ranks == 1 ? " rank" : " ranks");
+  console.message(text.str());
+  return 0;
+}
+
+int pack_case(const RunOptions &options, MPI_Comm comm)
+{
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  Console console(rank == 0);
+  const Case settings = read_case(options.case_directory, options.overrides);
+  const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);
+  dem::Packing packing;
+  build_packing(settings, *fem, packing, console, comm);
+  console.message(settings.packing_file + "\n" + packing_summary(packing));
+  return 0;
+}
+} // namespace kerf

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/commands/commands.h"
+#include "coupler/application/output/conversion_log.h"
+#include "coupler/application/output/field_output.h"
+#include "coupler/application/output/history.h"
+#include "coupler/application/output/results_directory.h"
+#include "coupler/application/output/specimen_gauge.h"
+#include "coupler/application/setup/problem.h"
+#include "coupler/base/errors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iomanip>
+#include <memory>
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+volatile std::sig_atomic_t caught_signal = 0;
+void remember_signal(int number)
+{
+  caught_signal = number;
+}
+
+/// Steps left until the next multiple of @p interval after @p step.
+std::int64_t steps_to(std::int64_t step, std::int64_t interval)
+{
+  return interval - step % interval;
+}
+
+class Run
+{
+public:
+  Run(const RunOptions &options, MPI_Comm comm)
+    : options(options), comm(comm), rank(rank_of(comm)), console(rank == 0), directory(options.results_directory())
+  {
+  }
+
+  int execute()
+  {
+    // Everything that can be wrong is found before the results directory is touched.
+    const Case settings = read_case(options.case_directory, options.overrides);
+    check_results_directory(directory, options.overwrite);
+    mode = options.mode.value_or(settings.mode);
+    scene = build_scene(settings, mode, console, comm);
+    open_results();
+
+    model = std::make_unique<CoupledModel>(scene.settings, mode, *scene.fem, scene.packing, scene.dt, comm,
+                                           scene.stable.fluctuations);
+    model->start();
+    if (rank == 0)
+      for (const ActivationEvent &event : model->events())
+        activations->add(event);
+    if (scene.settings.tool.kind == Case::ToolKind::platens)
+      gauge = std::make_unique<SpecimenGauge>(scene.settings, scene.fem->mesh(), scene.packing, comm);
+    fields = std::make_unique<FieldOutput>(directory, *model, comm);
+    n_steps = std::max<std::int64_t>(1, std::llround(std::ceil(scene.settings.end_time / scene.dt - 1e-9)));
+    snapshot_interval = std::max<std::int64_t>(1, n_steps / scene.settings.n_snapshots);
+    started = MPI_Wtime();
+    write_row();
+    write_fields();
+
+    std::string failure;
+    try
+    {
+      loop();
+    }
+    catch (const UnstableRun &error)
+    {
+      failure = error.what();
+    }
+    console.finish_progress();
+    if (failure.empty())
+      write_fields();
+    if (history)
+      history->flush();
+    summary();
+    if (!failure.empty())
+      throw UnstableRun(failure + "; output up to step " + std::to_string(model->step()) + " is kept in " + directory);
+    return interrupted ? 128 + interrupted : 0;
+  }
+
+private:
+  static int rank_of(MPI_Comm comm)
+  {
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    return rank;
+  }
+
+  void open_results()
+  {
+    prepare_results_directory(directory, options.overwrite, comm);
+    console.log_to(rank == 0 ? directory + "/log.txt" : "");
+    if (rank == 0)
+    {
+      history = std::make_unique<History>(directory);
+      activations = std::make_unique<ActivationLog>(directory, scene.settings.dim() == 2);
+      std::ofstream echo(directory + "/case.prm");
+      write_used_parameters(options.case_directory, options.overrides, echo);
+    }
+    int n_ranks = 1;
+    MPI_Comm_size(comm, &n_ranks);
+    std::ostringstream text;
+    text << version_text() << "\ncase " << scene.settings.name << ", mode " << name_of(mode) << ", " << n_ranks
+         << (n_ranks == 1 ? " rank" : " ranks") << ", results in " << directory << "\n"
+         << (mode == Mode::fem ? "" : packing_summary(scene.packing) + "\n") << scene.fem->mesh().n_cells()
+         << " cells; stable step: finite elements " << scene.stable.fem << " s, particles " << scene.stable.dem
+         << " s; time step " << scene.dt << " s";
+    console.message(text.str());
+  }
+
+  void loop()
+  {
+    const auto previous_int = std::signal(SIGINT, remember_signal), previous_term = std::signal(SIGTERM, remember_signal);
+    caught_signal = 0;
+    while (model->step() < n_steps)
+    {
+      std::int64_t chunk = n_steps - model->step();
+      chunk = std::min(chunk, steps_to(model->step(), scene.settings.history_interval));
+      chunk = std::min(chunk, steps_to(model->step(), snapshot_interval));
+      if (mode == Mode::adaptive)
+        chunk = std::min(chunk, steps_to(model->step(), scene.settings.check_interval));
+      model->advance(static_cast<int>(std::min<std::int64_t>(chunk, 500)));
+      report_leavers();
+
+      if (mode == Mode::adaptive && model->step() % scene.settings.check_interval == 0)
+        report_events(model->adapt());
+      if (model->step() % scene.settings.history_interval == 0 || model->step() == n_steps)
+        write_row();
+      if (model->step() % snapshot_interval == 0)
+        write_fields();
+      if (gauge && record.fell_below(scene.settings.stop_below))
+      {
+        console.message("the platens' force has fallen below Time/Stop below of its peak: end of the test");
+        break;
+      }
+
+      interrupted = caught_signal;
+      MPI_Allreduce(MPI_IN_PLACE, &interrupted, 1, MPI_INT, MPI_MAX, comm);
+      if (interrupted)
+      {
+        console.message("interrupted at step " + std::to_string(model->step()) + ", writing what there is");
+        break;
+      }
+    }
+    std::signal(SIGINT, previous_int);
+    std::signal(SIGTERM, previous_term);
+  }
+
+  void report_events(bool changed)
+  {
+    if (!changed || rank != 0)
+      return;
+    const ActivationEvent &event = model->events().back();
+    activations->add(event);
+    std::ostringstream text;
+    text << std::setprecision(4) << "t = " << 1e3 * event.time << " ms: " << std::abs(event.cells)
+         << (event.cells < 0 ? " cells given back, " : " cells converted, ") << std::abs(event.particles)
+         << (event.cells < 0 ? " particles put back" : " particles activated") << "; mass " << event.before.mass << " -> "
+         << event.after.mass << " kg, momentum (" << event.before.momentum.head<2>().transpose() << ") -> ("
+         << event.after.momentum.head<2>().transpose() << ") N s";
+    console.note(text.str());
+  }
+
+  /// Particles that leave the domain are gone for the run, but not silently.
+  void report_leavers()
+  {
+    const std::vector<int> &left = model->dem().left_domain();
+    if (left.size() == n_left)
+      return;
+    std::ostringstream text;
+    text << std::setprecision(4) << "t = " << 1e3 * model->time() << " ms: left the domain: particles";
+    for (std::size_t k = n_left; k < left.size(); ++k)
+      text << ' ' << left[k];
+    n_left = left.size();
+    console.note(text.str());
+  }
+
+  void write_row()
+  {
+    HistoryRow row;
+    row.step = model->step();
+    row.time = model->time();
+    row.wall_time = MPI_Wtime() - started;
+    row.tool_force = model->take_tool_force().mean;
+    row.active_particles = model->dem().n_active();
+    row.overlap_particles = model->n_overlap_particles();
+    row.converted_cells = model->overlap().n_converted();
+    row.intact_bonds = model->dem().n_bonds_intact();
+    row.broken_bonds = model->dem().n_bonds_broken();
+    row.energy = model->energies();
+    if (gauge)
+    {
+      row.specimen = gauge->read(*model, row.tool_force[1]);
+      record.add(row.specimen);
+    }
+    if (history)
+      history->add(row);
+
+    check_balance(row);
+
+    std::ostringstream text;
+    text << "t " << std::fixed << std::setprecision(3) << 1e3 * row.time << " ms, " << row.active_particles << " particles, "
+         << row.converted_cells << " cells converted, " << row.broken_bonds << " bonds broken, normal force "
+         << std::setprecision(1) << 1e-3 * row.tool_force[1] << " kN";
+    console.progress(static_cast<double>(row.step) / static_cast<double>(n_steps), text.str());
+  }
+
+  /// Energy can only come from outside: a balance that does not close is a failed run. Less than a hundredth of what one
+  /// particle of the rock holds at its tensile strength is nothing to judge by, as at the first touch of the tool.
+  void check_balance(const HistoryRow &row)
+  {
+    const EnergyLedger &energy = row.energy;
+    turnover = std::max(turnover, energy.turnover());
+    const double tolerance = scene.settings.energy_tolerance > 0. ? scene.settings.energy_tolerance : 1.;
+    const Case &settings = scene.settings;
+    const double floor = 0.01 * 0.5 * std::pow(settings.tensile_strength, 2) / settings.rock.young *
+                         std::pow(settings.packing.mean_diameter, settings.dim());
+    if (std::isfinite(energy.residual()) && std::abs(energy.residual()) <= tolerance * turnover + floor)
+    {
+      last_energy = energy;
+      return;
+    }
+    std::ostringstream text;
+    text << "the energy balance failed before t = " << row.time << " s: residual " << energy.residual() << " J against "
+         << turnover << " J put in (Time/Energy tolerance = " << scene.settings.energy_tolerance << "); "
+         << energy.fastest_growing(last_energy);
+    throw UnstableRun(text.str());
+  }
+
+  void write_fields()
+  {
+    model->timer().restart();
+    fields->write(*model);
+    if (history)
+      history->flush();
+    model->timer().lap(Part::output);
+  }
+
+  void summary()
+  {
+    const double wall = MPI_Wtime() - started;
+    double sum = 0.;
+    for (int p = 0; p < n_parts; ++p)
+      sum += model->timer().of(static_cast<Part>(p));
+    const auto steps = static_cast<double>(std::max<std::int64_t>(1, model->step()));
+    std::ostringstream text;
+    text << "wall time " << clock_text(wall) << ", " << model->step() << " steps\n";
+    for (int p = 0; p < n_parts; ++p)
+    {
+      const double seconds = model->timer().of(static_cast<Part>(p));
+      char line[128];
+      std::snprintf(line, sizeof line, "  %-22s %9.2f s %6.1f %% %9.2f us/step\n", part_names[p], seconds,
+                    100. * seconds / std::max(sum, 1e-12), 1e6 * seconds / steps);
+      text << line;
+    }
+    text << "particles " << model->dem().n_active() << " active, " << model->dem().left_domain().size()
+         << " left the domain; bonds " << model->dem().n_bonds_intact() << " intact, " << model->dem().n_bonds_broken()
+         << " broken; cells converted " << model->overlap().n_converted();
+    if (gauge)
+      text << '\n' << specimen_text(scene.settings, record.result(scene.settings.dim()));
+    const EnergyLedger energy = model->energies();
+    text << "\nenergy balance: work of tool and boundary " << energy.work() << " J, conversions " << energy.conversion
+         << " J, interface " << energy.interface << " J, residual " << energy.residual() << " J";
+    console.message(text.str());
+  }
+
+  const RunOptions &options;
+  MPI_Comm comm;
+  int rank;
+  Console console;
+  std::string directory;
+  Scene scene;
+  std::unique_ptr<CoupledModel> model;
+  std::unique_ptr<History> history;
+  std::unique_ptr<ActivationLog> activations;
+  std::unique_ptr<FieldOutput> fields;
+  std::unique_ptr<SpecimenGauge> gauge; // of a specimen between platens
+  SpecimenRecord record;
+  Mode mode = Mode::adaptive;
+  std::int64_t n_steps = 0, snapshot_interval = 1;
+  EnergyLedger last_energy; // of the last row
+  double started = 0., turnover = 0.;
+  std::size_t n_left = 0; // particles that left the domain so far
+  int interrupted = 0;
+};
+} // namespace
+
+std::string RunOptions::results_directory() const
+{
+  if (!output.empty())
+    return output;
+  const Case settings = read_case(case_directory, overrides);
+  const bool other = mode.value_or(settings.mode) != settings.mode;
+  return "results/" + settings.name + (other ? "_" + name_of(*mode) : "");
+}
+
+int run_case(const RunOptions &options, MPI_Comm comm)
+{
+  return Run(options, comm).execute();
+}
+} // namespace kerf

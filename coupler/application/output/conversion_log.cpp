@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/output/conversion_log.h"
+
+#include <iomanip>
+
+namespace kerf
+{
+namespace
+{
+struct Column
+{
+  const char *name, *unit;
+  bool in_space; ///< of three dimensions only
+  double (*value)(const Inventory &);
+};
+
+using What = const Inventory &;
+const Column columns[] = {{"mass", "kg", false, [](What w) { return w.mass; }},
+                          {"momentum_x", "N s", false, [](What w) { return w.momentum[0]; }},
+                          {"momentum_y", "N s", false, [](What w) { return w.momentum[1]; }},
+                          {"momentum_z", "N s", true, [](What w) { return w.momentum[2]; }},
+                          {"angular_momentum_x", "N m s", true, [](What w) { return w.angular_momentum[0]; }},
+                          {"angular_momentum_y", "N m s", true, [](What w) { return w.angular_momentum[1]; }},
+                          {"angular_momentum_z", "N m s", false, [](What w) { return w.angular_momentum[2]; }},
+                          {"energy_kinetic", "J", false, [](What w) { return w.kinetic; }},
+                          {"energy_elastic", "J", false, [](What w) { return w.elastic; }}};
+} // namespace
+
+ActivationLog::ActivationLog(const std::string &directory, bool plane) : plane(plane), csv(directory + "/activations.csv")
+{
+  csv << "# units: time [s]";
+  for (const Column &column : columns)
+    if (!column.in_space || !plane)
+      csv << "; " << column.name << " [" << column.unit << "]";
+  csv << "; bonds_created: by the change, bonds_stored: those of the store that it had to create\n"
+      << "# cells and particles below zero: given back to the finite elements; stress and stress_jump [Pa]: root mean square "
+         "over "
+         "the cells before, and of the difference\n"
+      << "step,time,cells,particles,bonds_created,bonds_stored,stress,stress_jump";
+  for (const Column &column : columns)
+    if (!column.in_space || !plane)
+      csv << ',' << column.name << "_before," << column.name << "_after";
+  csv << '\n' << std::setprecision(12);
+}
+
+void ActivationLog::add(const ActivationEvent &event)
+{
+  csv << event.step << ',' << event.time << ',' << event.cells << ',' << event.particles << ','
+      << event.after.bonds - event.before.bonds << ',' << event.bonds_stored << ',' << event.stress << ',' << event.stress_jump;
+  for (const Column &column : columns)
+    if (!column.in_space || !plane)
+      csv << ',' << column.value(event.before) << ',' << column.value(event.after);
+  csv << std::endl;
+}
+} // namespace kerf

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/output/field_output.h"
+
+#include "coupler/base/errors.h"
+
+#include <deal.II/base/data_out_base.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <unordered_map>
+
+namespace kerf
+{
+namespace
+{
+using Range =
+  std::tuple<unsigned int, unsigned int, std::string, dealii::DataComponentInterpretation::DataComponentInterpretation>;
+
+/// Points (dim 0) or lines (dim 1) in space with data at their ends, for the library's VTU writer.
+template <int dim>
+class Cloud : public dealii::DataOutInterface<dim, 3>
+{
+public:
+  using Patch = dealii::DataOutBase::Patch<dim, 3>;
+
+  explicit Cloud(std::vector<std::string> names) : names(std::move(names)) {}
+
+  /// @param values one column an end point, one row a name
+  void add(const Eigen::Matrix<double, 3, dim + 1> &ends, const Eigen::MatrixXd &values)
+  {
+    Patch patch;
+    for (int v = 0; v <= dim; ++v)
+      for (int c = 0; c < 3; ++c)
+        patch.vertices[v][c] = ends(c, v);
+    patch.patch_index = static_cast<unsigned int>(patches.size());
+    patch.data.reinit(names.size(), dim + 1);
+    for (std::size_t n = 0; n < names.size(); ++n)
+      for (int v = 0; v <= dim; ++v)
+        patch.data(n, v) = static_cast<float>(values(n, v));
+    patches.push_back(std::move(patch));
+  }
+
+  void write(const std::string &path)
+  {
+    std::ofstream file(path);
+    dealii::DataOutBase::VtkFlags flags;
+    flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default takes many times as long
+    this->set_flags(flags);
+    this->write_vtu(file);
+  }
+
+private:
+  const std::vector<Patch> &get_patches() const override { return patches; }
+  std::vector<std::string> get_dataset_names() const override { return names; }
+  std::vector<Range> get_nonscalar_data_ranges() const override { return {}; }
+
+  std::vector<std::string> names;
+  std::vector<Patch> patches;
+};
+
+/// Lists of plain records of all ranks, joined on the first.
+template <typename Record>
+std::vector<Record> gather_records(const std::vector<Record> &mine, MPI_Comm comm)
+{
+  int rank = 0, n_ranks = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &n_ranks);
+  const int bytes = static_cast<int>(mine.size() * sizeof(Record));
+  std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
+  MPI_Gather(&bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm);
+  for (int r = 1; r < n_ranks; ++r)
+    offsets[r] = offsets[r - 1] + counts[r - 1];
+  std::vector<Record> all(rank == 0 ? (offsets.back() + counts.back()) / sizeof(Record) : 0);
+  MPI_Gatherv(mine.data(), bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(), MPI_BYTE, 0, comm);
+  return all;
+}
+
+struct ParticleRecord
+{
+  int index;
+  double position[3], velocity[3], radius, weight, damage;
+};
+} // namespace
+
+ParticleFields gather_particles(CoupledModel &model, MPI_Comm comm)
+{
+  const dem::Particles particles = model.dem().particles();
+  const std::vector<double> damage = model.dem().damage();
+  std::vector<ParticleRecord> mine(particles.n);
+  for (int i = 0; i < particles.n; ++i)
+  {
+    mine[i].index = particles.index[i];
+    for (int c = 0; c < 3; ++c)
+    {
+      mine[i].position[c] = particles.position(c, i);
+      mine[i].velocity[c] = particles.velocity(c, i);
+    }
+    mine[i].radius = particles.radius[i];
+    mine[i].weight = particles.weight[i];
+    mine[i].damage = damage[i];
+  }
+  const std::vector<ParticleRecord> all = gather_records(mine, comm);
+  ParticleFields fields;
+  const auto n = static_cast<Eigen::Index>(all.size());
+  fields.index.resize(n);
+  fields.position.resize(3, n);
+  fields.velocity.resize(3, n);
+  fields.radius.resize(n);
+  fields.weight.resize(n);
+  fields.damage.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i)
+  {
+    fields.index[i] = all[i].index;
+    fields.position.col(i) = Eigen::Map<const Eigen::Vector3d>(all[i].position);
+    fields.velocity.col(i) = Eigen::Map<const Eigen::Vector3d>(all[i].velocity);
+    fields.radius[i] = all[i].radius;
+    fields.weight[i] = all[i].weight;
+    fields.damage[i] = all[i].damage;
+  }
+  fields.bonds = gather_records(model.dem().bonds(), comm);
+  fields.broken = gather_records(model.dem().broken_bonds(), comm);
+  return fields;
+}
+
+FieldOutput::FieldOutput(const std::string &directory, CoupledModel &model, MPI_Comm comm) : directory(directory), comm(comm)
+{
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  first_rank = rank == 0;
+  if (first_rank)
+  {
+    std::filesystem::create_directories(directory + "/fields");
+    write_mesh(model.fem().mesh());
+  }
+  MPI_Barrier(comm);
+}
+
+void FieldOutput::write(CoupledModel &model)
+{
+  char stamp[32];
+  std::snprintf(stamp, sizeof stamp, "%09lld", static_cast<long long>(model.step()));
+  if (!stamps.empty() && stamps.back().second == stamp)
+    return;
+  stamps.push_back({model.time(), stamp});
+
+  const Eigen::VectorXd measure = model.rule().measures(model.fem());
+  Eigen::VectorXd alpha = Eigen::VectorXd::Zero(measure.size());
+  const Eigen::VectorXd weights = model.overlap().fe_weights();
+  const std::vector<int> &owned = model.fem().owned_cells();
+  const auto n_points = owned.empty() ? 1 : weights.size() / static_cast<Eigen::Index>(owned.size());
+  for (std::size_t k = 0; k < owned.size(); ++k)
+    alpha[owned[k]] = weights.segment(k * n_points, n_points).mean();
+  MPI_Allreduce(MPI_IN_PLACE, alpha.data(), static_cast<int>(alpha.size()), MPI_DOUBLE, MPI_SUM, comm);
+
+  model.fem().write_vtu(directory + "/fields/fem_" + stamp + ".vtu", {{"stress_measure", measure}});
+  const Eigen::Matrix3Xd displacement = model.fem().gather(fem::NodalField::displacement);
+  const ParticleFields fields = gather_particles(model, comm);
+  if (!first_rank)
+    return;
+  write_particles(fields, stamp);
+  write_bonds(fields, stamp);
+  if (model.tool().disc())
+    write_disc(*model.tool().disc(), stamp);
+  write_snapshot(model, stamp, fields, displacement, alpha, measure);
+  for (const char *name : {"fem", "particles", "bonds"})
+    write_pvd(name);
+  if (model.tool().disc())
+    write_pvd("tool");
+}
+
+void FieldOutput::write_particles(const ParticleFields &fields, const std::string &stamp) const
+{
+  Cloud<0> cloud({"radius", "damage", "weight", "velocity_x", "velocity_y", "velocity_z", "index"});
+  Eigen::MatrixXd values(7, 1);
+  for (Eigen::Index i = 0; i < fields.radius.size(); ++i)
+  {
+    values << fields.radius[i], fields.damage[i], fields.weight[i], fields.velocity.col(i), fields.index[i];
+    cloud.add(fields.position.col(i), values);
+  }
+  cloud.write(directory + "/fields/particles_" + stamp + ".vtu");
+}
+
+void FieldOutput::write_bonds(const ParticleFields &fields, const std::string &stamp) const
+{
+  Cloud<1> cloud({"broken", "normal_force", "shear_force"});
+  Eigen::Matrix<double, 3, 2> ends;
+  Eigen::MatrixXd values(3, 2);
+  for (const dem::ActiveBond &bond : fields.bonds)
+  {
+    ends << bond.a, bond.b;
+    values.row(0).setZero();
+    values.row(1).setConstant(bond.normal_force);
+    values.row(2).setConstant(bond.shear_force);
+    cloud.add(ends, values);
+  }
+  std::unordered_map<int, Eigen::Index> place;
+  for (std::size_t i = 0; i < fields.index.size(); ++i)
+    place[fields.index[i]] = static_cast<Eigen::Index>(i);
+  values.row(0).setOnes();
+  values.bottomRows(2).setZero();
+  const double reach = 3. * (fields.radius.size() > 0 ? fields.radius.maxCoeff() : 0.);
+  for (const dem::BrokenBond &bond : fields.broken)
+  {
+    const auto a = place.find(bond.first), b = place.find(bond.second);
+    if (a == place.end() || b == place.end())
+      continue;
+    ends << fields.position.col(a->second), fields.position.col(b->second);
+    if ((ends.col(0) - ends.col(1)).norm() < reach) // long lines across the cut would only hide it
+      cloud.add(ends, values);
+  }
+  cloud.write(directory + "/fields/bonds_" + stamp + ".vtu");
+}
+
+void FieldOutput::write_disc(const Disc &disc, const std::string &stamp) const
+{
+  Cloud<1> cloud({"radius"});
+  constexpr int n_sides = 180;
+  const Eigen::MatrixXd radius = Eigen::MatrixXd::Constant(1, 2, disc.radius);
+  const auto rim = [&](double angle, double r, double z)
+  { return Eigen::Vector3d(disc.centre + Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), z)); };
+  Eigen::Matrix<double, 3, 2> ends;
+  const double half = 0.5 * disc.width;
+  std::vector<std::array<double, 2>> circles = {{{disc.radius, 0.}}}; // radius, z; and the borders of the flat sides
+  if (half > 0.)
+    circles.insert(circles.end(), {{{disc.radius - half, -half}}, {{disc.radius - half, half}}});
+  for (const auto &[r, z] : circles)
+    for (int k = 0; k < n_sides; ++k)
+    {
+      ends << rim(2. * M_PI * k / n_sides, r, z), rim(2. * M_PI * (k + 1) / n_sides, r, z);
+      cloud.add(ends, radius);
+    }
+  ends << disc.centre, rim(disc.angle, disc.radius, 0.); // a spoke shows the rotation
+  cloud.add(ends, radius);
+  cloud.write(directory + "/fields/tool_" + stamp + ".vtu");
+}
+
+void FieldOutput::write_pvd(const std::string &name) const
+{
+  std::vector<std::pair<double, std::string>> files;
+  for (const auto &stamp : stamps)
+    files.push_back({stamp.first, "fields/" + name + "_" + stamp.second + ".vtu"});
+  std::ofstream file(directory + "/" + name + ".pvd");
+  dealii::DataOutBase::write_pvd_record(file, files);
+}
+} // namespace kerf

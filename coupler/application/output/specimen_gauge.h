@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/method/coupled_model.h"
+
+#include <vector>
+
+namespace kerf
+{
+/// What a press and the gauges on the middle of a specimen show at one time. Compression is positive.
+struct SpecimenState
+{
+  double closing = 0.;        ///< of the platens since the start [m]
+  double stress = 0.;         ///< box: force / cross-section; disc: 2 P/(pi D t), tension at its centre [Pa]
+  double middle_stress = 0.;  ///< along y in the middle of a body of particles, by the virial of its bonds [Pa]
+  double axial_strain = 0.;   ///< shortening along y of the middle of the specimen [-]
+  double lateral_strain = 0.; ///< widening across y, mean of x and z in three dimensions [-]
+  std::int64_t broken_bonds = 0;
+};
+
+/// Reads a loaded specimen: the platens' force as nominal stress, strains from a least-squares linear fit of the displacement
+/// of particles and nodes in the middle half of the body, where the platens' contact layer and end friction are not felt.
+/// The stress of the middle differs from the nominal one where a free side is looser packed than the inside.
+class SpecimenGauge
+{
+public:
+  SpecimenGauge(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm);
+
+  /// @param force of the platens [N], positive in compression. Collective.
+  SpecimenState read(CoupledModel &model, double force) const;
+
+private:
+  double margin(int axis, double share) const;
+  bool inside(const Eigen::Vector3d &reference) const;
+  double virial_stress(const CoupledModel &model) const;
+
+  int dim;
+  const dem::Packing &packing;
+  MPI_Comm comm;
+  Box body;
+  double area; // force / nominal stress [m^2], 2D [m]
+};
+
+/// What a test in a press gives.
+struct SpecimenResult
+{
+  double strength = 0.;      ///< largest nominal stress: UCS of a box, splitting (Brazilian) strength of a disc [Pa]
+  double peak_strain = 0.;   ///< axial strain of the middle at that time [-]
+  double young = 0.;         ///< of the middle: slope between 20 % and 50 % of the peak, from plane strain in 2D [Pa]
+  double nominal_young = 0.; ///< likewise with the nominal stress [Pa]
+  double poisson = 0.;       ///< from the same part of the curve [-]; box only
+  double linear_broken = 0.; ///< share of all broken bonds of the record that broke before 70 % of the peak [-]
+  bool peak_passed = false;  ///< the stress has fallen below 0.9 of the peak
+};
+
+/// A disc across the platens' way is split (Brazilian test), any other body is compressed.
+bool is_brazilian(const Case &settings);
+
+/// The record of one test.
+class SpecimenRecord
+{
+public:
+  void add(const SpecimenState &state) { states.push_back(state); }
+  /// Bonds have broken and the stress is below @p fraction of its peak.
+  bool fell_below(double fraction) const;
+  SpecimenResult result(int dim) const;
+
+private:
+  std::vector<SpecimenState> states;
+};
+
+/// One line for a person.
+std::string specimen_text(const Case &settings, const SpecimenResult &result);
+} // namespace kerf

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/setup/packing_domain.h"
+
+#include "coupler/base/errors.h"
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+/// Corners of a face in turn, with the nodes of refined neighbours that hang on its edges, so that the surface has no gaps.
+std::vector<int> outline(const fem::BoundaryFace &face, const std::map<std::pair<int, int>, int> &middle_of)
+{
+  static constexpr int around[4] = {0, 1, 3, 2}; // lexicographic: 0 1 along one side, 2 3 along the opposite one
+  std::vector<int> corners;
+  std::size_t first = 0; // a middle, if there is one: a fan from it has no triangle without area
+  for (int k = 0; k < 4; ++k)
+  {
+    const int from = face.nodes[around[k]], to = face.nodes[around[(k + 1) % 4]];
+    corners.push_back(from);
+    const auto middle = middle_of.find(std::minmax(from, to));
+    if (middle != middle_of.end())
+    {
+      first = corners.size();
+      corners.push_back(middle->second);
+    }
+  }
+  std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(first), corners.end());
+  return corners;
+}
+
+dem::SurfaceMesh boundary_of(const fem::Mesh &mesh)
+{
+  dem::SurfaceMesh surface;
+  surface.points = mesh.nodes;
+  std::map<std::pair<int, int>, int> middle_of;
+  for (const fem::SlaveNode &slave : mesh.slaves)
+    if (slave.masters.size() == 2)
+      middle_of[std::minmax(slave.masters[0], slave.masters[1])] = slave.node;
+  for (const fem::BoundaryFace &face : mesh.boundary)
+    if (mesh.dim == 2)
+      surface.facets.push_back({{face.nodes[0], face.nodes[1], -1}});
+    else
+    {
+      const std::vector<int> corners = outline(face, middle_of);
+      for (std::size_t k = 1; k + 1 < corners.size(); ++k)
+        surface.facets.push_back({{corners[0], corners[k], corners[k + 1]}});
+    }
+  return surface;
+}
+
+/// All that is boundary lies in the sides of the box around.
+bool is_box(const fem::Mesh &mesh, const Box &box)
+{
+  const Eigen::Vector3d slack = 1e-6 * (box.upper - box.lower);
+  for (const fem::BoundaryFace &face : mesh.boundary)
+  {
+    bool in_side = false;
+    for (int c = 0; c < mesh.dim; ++c)
+    {
+      bool in_lower = true, in_upper = true;
+      for (int a = 0; a < (mesh.dim == 2 ? 2 : 4); ++a)
+      {
+        in_lower = in_lower && mesh.nodes(c, face.nodes[a]) < box.lower[c] + slack[c];
+        in_upper = in_upper && mesh.nodes(c, face.nodes[a]) > box.upper[c] - slack[c];
+      }
+      in_side = in_side || in_lower || in_upper;
+    }
+    if (!in_side)
+      return false;
+  }
+  return true;
+}
+
+Box box_around(const Eigen::Matrix3Xd &points)
+{
+  return {points.rowwise().minCoeff(), points.rowwise().maxCoeff()};
+}
+} // namespace
+
+PackingSpace find_packing_space(const Case &settings, const fem::Mesh &mesh)
+{
+  const Box mesh_box = box_around(mesh.nodes);
+  const bool from_file = !settings.packing_surface_file.empty();
+  const std::string section = settings.directory + "/case.prm: Packing/Surface: ";
+  if (from_file && mesh.dim == 2)
+    throw InputError(section + "an STL surface needs a mesh in three dimensions; leave it empty in two");
+  PackingSpace space;
+  if ((mesh.period.array() > 0.).any())
+  {
+    if (from_file)
+      throw InputError(section + "a periodic packing fills a box; leave it empty with Mesh/Periodic");
+    if (!is_box(mesh, mesh_box))
+      throw InputError(settings.directory +
+                       "/case.prm: Mesh/Periodic: a periodic packing fills a box, the mesh has another shape");
+    space.box = mesh_box;
+    space.volume = dem::box_volume(mesh.dim, mesh_box.lower, mesh_box.upper);
+    return space;
+  }
+  try
+  {
+    const dem::SurfaceMesh surface = from_file ? dem::read_stl(settings.packing_surface_file) : boundary_of(mesh);
+    const dem::ClosedSurface closed(mesh.dim, surface, settings.packing.mean_diameter);
+    space.box = {closed.lower(), closed.upper()};
+    space.volume = closed.volume();
+    const double volume_around = dem::box_volume(mesh.dim, mesh_box.lower, mesh_box.upper);
+    if (from_file || space.volume < (1. - 1e-6) * volume_around)
+      space.surface = std::make_shared<dem::SurfaceMesh>(surface);
+    else
+      space.volume = volume_around;
+  }
+  catch (const std::runtime_error &error)
+  {
+    throw InputError((from_file ? section : settings.directory + "/case.prm: Mesh: ") + error.what());
+  }
+  for (int c = 0; from_file && c < mesh.dim; ++c)
+  {
+    const double slack = 1e-6 * (mesh_box.upper[c] - mesh_box.lower[c]);
+    if (space.box.lower[c] < mesh_box.lower[c] - slack || space.box.upper[c] > mesh_box.upper[c] + slack)
+    {
+      std::ostringstream text;
+      text << section << settings.packing_surface_file << " reaches from " << space.box.lower[c] << " to " << space.box.upper[c]
+           << " m along "
+           << "xyz"[c] << ", it must be inside of the mesh, " << mesh_box.lower[c] << " to " << mesh_box.upper[c];
+      throw InputError(text.str());
+    }
+  }
+  return space;
+}
+} // namespace kerf

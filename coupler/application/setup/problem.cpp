@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/setup/problem.h"
+
+#include "coupler/application/case_file/fem_settings.h"
+#include "coupler/application/setup/packing_domain.h"
+#include "coupler/base/errors.h"
+#include "dem_side/bond_network/bond_network.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iomanip>
+#include <sstream>
+
+namespace kerf
+{
+namespace
+{
+std::string case_path(const Case &settings)
+{
+  return settings.directory + "/case.prm";
+}
+
+int rank_of(MPI_Comm comm)
+{
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+/// Runs @p action on the first rank and throws its error on every rank, so that no rank waits for one that gave up.
+template <typename Action>
+void on_first_rank(MPI_Comm comm, const Action &action)
+{
+  std::string error;
+  if (rank_of(comm) == 0)
+  {
+    try
+    {
+      action();
+    }
+    catch (const std::exception &exception)
+    {
+      error = exception.what();
+      if (error.empty())
+        error = "unknown error";
+    }
+  }
+  int length = static_cast<int>(error.size());
+  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+  error.resize(length);
+  MPI_Bcast(error.data(), length, MPI_CHAR, 0, comm);
+  if (length > 0)
+    throw InputError(error);
+}
+
+/// Box that the mesh fills.
+Box mesh_box(const fem::Mesh &mesh)
+{
+  return {mesh.nodes.rowwise().minCoeff(), mesh.nodes.rowwise().maxCoeff()};
+}
+
+/// What of a stored packing does not fit the case; empty when it fits.
+std::string mismatch(const dem::Packing &packing, const Case &settings, const PackingSpace &space)
+{
+  const auto differs = [](double a, double b, double scale) { return std::abs(a - b) > 1e-6 * scale; };
+  std::ostringstream text;
+  const double d = settings.packing.mean_diameter;
+  if (packing.size() == 0)
+    text << "holds no particle";
+  else if (packing.kind != settings.packing.kind)
+    text << "holds a " << packing.kind << " packing, Packing/Kind asks for " << settings.packing.kind;
+  else if (std::abs(packing.mean_diameter - d) > 0.01 * d) // compaction ends near the wanted size, not on it
+    text << "has mean diameter " << packing.mean_diameter << " m, Packing/Mean diameter asks for " << d;
+  else if (differs(packing.gap_tolerance, settings.packing.gap_tolerance, 1.))
+    text << "has gap tolerance " << packing.gap_tolerance << ", Packing/Gap tolerance asks for "
+         << settings.packing.gap_tolerance;
+  else if (!(packing.lattice == settings.packing.lattice))
+    text << "holds a lattice that is turned or placed otherwise than Packing/Rows along and Packing/Plane at ask for";
+  else if (packing.kind == "random" && packing.seed != settings.packing.seed)
+    text << "has seed " << packing.seed << ", Packing/Seed asks for " << settings.packing.seed;
+  else
+    for (int c = 0; c < settings.dim(); ++c)
+      if (text.str().empty() &&
+          (differs(packing.lower[c], space.box.lower[c], d) || differs(packing.upper[c], space.box.upper[c], d)))
+        text << "fills " << packing.lower[c] << " to " << packing.upper[c] << " m along "
+             << "xyz"[c] << ", the rock " << space.box.lower[c] << " to " << space.box.upper[c];
+      else if (text.str().empty() && (packing.periodic[c] > 0.) != settings.packing.periodic[c])
+        text << "is " << (packing.periodic[c] > 0. ? "" : "not ") << "periodic along "
+             << "xyz"[c] << ", Mesh/Periodic asks for the opposite";
+  if (text.str().empty() && differs(packing.volume_filled, space.volume, space.volume))
+    text << "fills a volume of " << packing.volume_filled << ", the rock has " << space.volume << ": another shape";
+  return text.str();
+}
+
+void check_overlap(const Case &settings, const fem::FemSide &fem)
+{
+  const Box box = mesh_box(fem.mesh());
+  double extent = box.upper[0] - box.lower[0];
+  for (int c = 1; c < settings.dim(); ++c)
+    if (!settings.mesh.periodic[c])
+      extent = std::min(extent, box.upper[c] - box.lower[c]);
+  if (settings.overlap_width >= extent)
+  {
+    std::ostringstream text;
+    text << case_path(settings) << ": Coupling/Overlap width = " << settings.overlap_width / settings.packing.mean_diameter
+         << " d = " << settings.overlap_width << " m is wider than the mesh, give less than its smallest extent "
+         << extent / settings.packing.mean_diameter << " d";
+    throw InputError(text.str());
+  }
+}
+
+void check_tool(const Case &settings, const fem::FemSide &fem)
+{
+  if (settings.tool.kind != Case::ToolKind::disc)
+    return;
+  const double clearance = Tool::clearance(settings.tool, fem);
+  if (clearance < 0.)
+  {
+    std::ostringstream text;
+    text << case_path(settings) << ": Tool/Path: the disc starts " << -clearance
+         << " m inside the rock, let its first way point be at least Tool/Radius = " << settings.tool.radius
+         << " m away from it";
+    throw InputError(text.str());
+  }
+}
+
+/// Mode fem has no packing: one particle without bonds that never becomes active. The tool's contact stiffness k_n is that of a
+/// random packing with the mean diameter whose relaxed moduli are the rock's, E/k_n = 0.83 in the plane and E d/(2 k_n) = 0.43
+/// in space (gap tolerance 0.1, k_t/k_n = 0.25).
+dem::Packing no_packing(const Case &settings, const Box &body)
+{
+  dem::Packing packing;
+  packing.dim = settings.dim();
+  packing.kind = settings.packing.kind;
+  packing.mean_diameter = settings.packing.mean_diameter;
+  packing.lower = body.lower;
+  packing.upper = body.upper;
+  packing.positions = 0.5 * (body.lower + body.upper);
+  packing.radii = Eigen::VectorXd::Constant(1, 0.5 * packing.mean_diameter);
+  packing.volume_filled = packing.volume(0);
+  packing.calibration.k_n =
+    packing.dim == 2 ? settings.rock.young / 0.83 : settings.rock.young * packing.mean_diameter / (2. * 0.43);
+  packing.calibration.k_t = 0.25 * packing.calibration.k_n;
+  return packing;
+}
+
+void use_calibrated_strength(Case &settings, const dem::Packing &packing)
+{
+  const dem::StrengthCalibration &known = packing.strength;
+  const auto differs = [](double a, double b) { return std::abs(a - b) > 1e-9 * std::abs(b); };
+  if (differs(known.target_tensile, settings.tensile_strength) ||
+      differs(known.target_compressive, settings.compressive_strength) ||
+      differs(known.shear_friction, settings.bond.shear_friction) || differs(known.friction, settings.bond.friction))
+    throw InputError(case_path(settings) + ": Bond/Strength = calibrated, but " + settings.packing_file +
+                     " holds no strengths for this rock's f_t, f_c and frictions; run kerf calibrate " + settings.directory);
+  settings.bond.R_n = known.R_n;
+  settings.bond.R_t = known.R_t;
+}
+} // namespace
+
+std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
+{
+  try
+  {
+    return fem::make_fem_side(fem_settings(settings, comm));
+  }
+  catch (const std::exception &error)
+  {
+    throw InputError(case_path(settings) + ": Mesh: " + error.what());
+  }
+}
+
+void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm)
+{
+  const PackingSpace space = find_packing_space(settings, fem.mesh());
+  const auto named = [&](const char *section, const auto &action)
+  {
+    try
+    {
+      return action();
+    }
+    catch (const std::exception &error)
+    {
+      throw InputError(case_path(settings) + ": " + section + ": " + error.what());
+    }
+  };
+  on_first_rank(comm,
+                [&]
+                {
+                  if (std::filesystem::exists(settings.packing_file))
+                    packing = dem::load_packing(settings.packing_file);
+                  else
+                  {
+                    dem::PackingSettings wanted = settings.packing;
+                    wanted.lower = space.box.lower;
+                    wanted.upper = space.box.upper;
+                    wanted.surface = space.surface;
+                    console.message("generating the packing " + settings.packing_file);
+                    packing = named("Packing",
+                                    [&] {
+                                      return dem::generate_packing(wanted, [&](double done, const std::string &text)
+                                                                   { console.progress(done, text); });
+                                    });
+                    console.finish_progress();
+                    dem::save_packing(packing, settings.packing_file);
+                  }
+                  const std::string wrong = mismatch(packing, settings, space);
+                  if (!wrong.empty())
+                    throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
+
+                  const dem::ElasticCalibration &known = packing.calibration;
+                  if (settings.given_stiffness)
+                    return;
+                  if (std::abs(known.target_young - settings.rock.young) > 1e-9 * settings.rock.young ||
+                      std::abs(known.target_poisson - settings.rock.poisson) > 1e-12)
+                  {
+                    console.message("calibrating k_n, k_t: static solve of the bond network");
+                    packing.calibration = named(
+                      "Rock", [&] { return dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson); });
+                    dem::save_packing(packing, settings.packing_file);
+                  }
+                });
+  if (rank_of(comm) != 0)
+    packing = dem::load_packing(settings.packing_file);
+}
+
+std::string packing_summary(const dem::Packing &packing)
+{
+  const dem::PackingQuality &quality = packing.quality;
+  const dem::ElasticCalibration &elastic = packing.calibration;
+  const auto list = [&packing](const Eigen::Vector3d &values, double unit)
+  {
+    std::ostringstream text;
+    text << std::setprecision(4);
+    for (int c = 0; c < packing.dim; ++c)
+      text << (c ? ", " : "") << values[c] / unit;
+    return text.str();
+  };
+  std::ostringstream text;
+  text << std::setprecision(4) << packing.size() << " particles (" << packing.kind << "), mean diameter "
+       << packing.mean_diameter << " m, " << packing.bonds.size() << " bonded pairs\n"
+       << "solid fraction   " << quality.solid_fraction << ", in the core " << quality.core_solid_fraction << "\n"
+       << "coordination     " << quality.coordination << ", in the core " << quality.core_coordination << "\n"
+       << "largest overlap  " << 100. * quality.largest_overlap << " % of the mean diameter\n"
+       << "fabric           eigenvalues " << list(quality.fabric, 1.) << ", isotropy " << quality.isotropy << "\n"
+       << "bonds            k_n = " << elastic.k_n << ", k_t = " << elastic.k_t << " N/m\n"
+       << "relaxed moduli   E = " << elastic.achieved_young / 1e9 << " GPa, nu = " << elastic.achieved_poisson
+       << "; along the axes E = " << list(elastic.axis_young, 1e9) << " GPa, nu = " << list(elastic.axis_poisson, 1.)
+       << "; anisotropy " << 100. * elastic.anisotropy << " %";
+  return text.str();
+}
+
+Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
+{
+  Scene scene;
+  scene.settings = settings;
+  scene.fem = build_fem(settings, comm);
+  const Box body = mesh_box(scene.fem->mesh());
+  scene.settings.tool.lower = body.lower[1];
+  scene.settings.tool.upper = body.upper[1];
+  if (mode == Mode::adaptive || mode == Mode::fixed)
+  {
+    check_overlap(settings, *scene.fem);
+    if (const double cells = settings.overlap_width / settings.mesh.cell_size; cells < 2. - 1e-9)
+    {
+      std::ostringstream text;
+      text << "warning: Coupling/Overlap width is " << cells
+           << " cells; in cuts, overlaps of less than two have crumbled the rock in them (docs/results/cutting.md)";
+      console.message(text.str());
+    }
+  }
+  if (mode == Mode::fixed && cells_inside(scene.fem->mesh(), settings.fixed_region).empty())
+    throw InputError(case_path(settings) + ": Fixed/Region holds no cell, mode fixed needs a region inside the mesh");
+  check_tool(settings, *scene.fem);
+
+  if (mode == Mode::fem)
+    scene.packing = no_packing(settings, body);
+  else
+    build_packing(settings, *scene.fem, scene.packing, console, comm);
+  if (!settings.given_stiffness)
+  {
+    scene.settings.bond.k_n = scene.packing.calibration.k_n;
+    scene.settings.bond.k_t = scene.packing.calibration.k_t;
+  }
+  if (settings.calibrated_strength && mode != Mode::fem)
+    use_calibrated_strength(scene.settings, scene.packing);
+
+  scene.stable = stable_steps(scene.settings, mode, *scene.fem, scene.packing, comm);
+  if (settings.time_step > scene.stable.coupled)
+  {
+    std::ostringstream text;
+    text << case_path(settings) << ": Time/Time step = " << settings.time_step << " s is above the stable step "
+         << scene.stable.coupled << " s of mode " << name_of(mode) << " (finite elements " << scene.stable.fem
+         << " s, particles " << scene.stable.dem << " s); give less, or 0 for Safety x stable step";
+    throw InputError(text.str());
+  }
+  scene.dt =
+    settings.time_step > 0. ? settings.time_step : std::min(settings.safety * scene.stable.elastic, scene.stable.coupled);
+  return scene;
+}
+} // namespace kerf

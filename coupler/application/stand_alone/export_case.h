@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/application/case_file/case_file.h"
+#include "coupler/loading/boundary/particle_boundary.h"
+
+namespace kerf
+{
+/// A case in mode dem as input of stand-alone LIGGGHTS (kerf liggghts).
+struct ScriptContents
+{
+  const Case &settings; ///< with k_n, k_t; packing_file is the store
+  const dem::Packing &packing;
+  const ParticleBoundary &boundary;
+  dem::Settings particles; ///< time step, density, domain
+  std::int64_t n_steps = 0;
+  std::string tool_case; ///< directory of the case.prm with the tool, seen from the script; empty: no tool
+};
+
+constexpr const char *script_name = "in.kerf";
+
+/// Writes the script and particles.data into the existing directory @p directory. Paths in the script start there.
+void write_script(const ScriptContents &contents, const std::string &directory);
+} // namespace kerf

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/stand_alone/script_forces.h"
+
+#include "coupler/application/commands/commands.h"
+#include "coupler/base/errors.h"
+#include "coupler/loading/boundary/particle_boundary.h"
+#include "coupler/loading/tool/tool.h"
+
+#include <cmath>
+#include <cstdlib>
+
+namespace kerf
+{
+namespace
+{
+using Eigen::Vector3d;
+
+/// Reads 'KEY value...' in a fixed order.
+class Words
+{
+public:
+  Words(const std::vector<std::string> &words, std::string usage) : words(words), usage(std::move(usage)) {}
+  std::string text(const std::string &key = "")
+  {
+    if (!key.empty() && next() != key)
+      fail("'" + words[at - 1] + "' where " + key + " should be");
+    return next();
+  }
+  double number(const std::string &key = "")
+  {
+    const std::string value = text(key);
+    char *end = nullptr;
+    const double result = std::strtod(value.c_str(), &end);
+    if (end == value.c_str() || *end != '\0' || !std::isfinite(result))
+      fail("'" + value + "' is no number");
+    return result;
+  }
+  double not_negative(const std::string &key)
+  {
+    const double value = number(key);
+    if (value < 0.)
+      fail(key + " must not be negative");
+    return value;
+  }
+  void end() const
+  {
+    if (at != words.size())
+      fail("'" + words[at] + "' is too much");
+  }
+  [[noreturn]] void fail(const std::string &what) const { throw InputError(what + ", give " + usage); }
+
+private:
+  const std::string &next()
+  {
+    if (at == words.size())
+      fail("something is missing");
+    return words[at++];
+  }
+  const std::vector<std::string> &words;
+  std::string usage;
+  std::size_t at = 0;
+};
+
+/// A body of particles alone: the tool asks for finite elements and finds none.
+class NoContinuum final : public fem::FemSide
+{
+public:
+  const fem::Mesh &mesh() const override { return nothing; }
+  const Eigen::Matrix3Xd &quadrature_points() const override { return no_points; }
+  const std::vector<int> &owned_cells() const override { return nothing.owner; }
+  std::vector<fem::Interpolation> locate(const Eigen::Matrix3Xd &points) const override
+  {
+    return std::vector<fem::Interpolation>(points.cols());
+  }
+  void set_weights(const Eigen::VectorXd &) override {}
+  int n_active_cells() const override { return 0; }
+  void begin_step(double, double) override {}
+  void compute_forces() override {}
+  void end_step(double, double) override {}
+  void set_window(const std::vector<int> &) override {}
+  void read_window(fem::NodalField, Eigen::Matrix3Xd &) const override {}
+  void add_window_forces(const Eigen::Matrix3Xd &) override {}
+  void surface_points(const Vector3d &, const Vector3d &, const fem::NearTest &, fem::SurfacePoints &) const override {}
+  void add_surface_forces(const Eigen::Matrix3Xd &, fem::SurfaceLoad) override {}
+  fem::CellStress cell_stress() const override { return {}; }
+  void set_state(const Eigen::Matrix3Xd &, const Eigen::Matrix3Xd &) override {}
+  Eigen::Matrix3Xd gather(fem::NodalField) const override { return no_points; }
+  fem::Energies energies() const override { return {}; }
+  std::vector<fem::CellStiffness> cell_stiffness(const std::vector<int> &) const override { return {}; }
+  double stable_step() const override { return 0.; }
+  void write_vtu(const std::string &, const std::vector<std::pair<std::string, Eigen::VectorXd>> &) const override {}
+
+private:
+  fem::Mesh nothing;
+  Eigen::Matrix3Xd no_points{3, 0};
+};
+
+class ToolForce final : public dem::ScriptForce
+{
+public:
+  /// The contact with finite elements is not used, so any spacing and density will do there.
+  ToolForce(const Case::Tool &settings, double k_n, MPI_Comm comm) : tool(settings, 2, k_n, 1., 1., comm)
+  {
+    if (!tool.present())
+      throw InputError("the case has no tool");
+  }
+  void apply(dem::Phase phase, dem::Particles &particles, double time, double) override
+  {
+    if (phase == dem::Phase::step)
+      tool.move_to(time);
+    tool.apply(particles, none);
+  }
+  int n_values() const override { return 4; }
+  std::vector<double> values() const override
+  {
+    const Tool::Load load = tool.total(tool.local_load());
+    return {-load.force[0], -load.force[1], -load.force[2], load.power};
+  }
+
+private:
+  Tool tool;
+  NoContinuum none;
+};
+
+std::unique_ptr<dem::ScriptForce> make_tool(const std::vector<std::string> &arguments, MPI_Comm comm)
+{
+  Words words(arguments, "'case DIRECTORY k_n STIFFNESS', and for platens their faces at the start 'platens LOWER UPPER'");
+  Case::Tool settings = read_case(words.text("case"), {}).tool;
+  const double k_n = words.not_negative("k_n");
+  if (settings.kind == Case::ToolKind::platens)
+  {
+    settings.lower = words.number("platens");
+    settings.upper = words.number();
+  }
+  words.end();
+  return std::make_unique<ToolForce>(settings, k_n, comm);
+}
+
+class DashpotForce final : public dem::ScriptForce
+{
+public:
+  DashpotForce(const Vector3d &normal, double Z_p, double Z_s, double share) : dashpot{normal, share}, Z_p(Z_p), Z_s(Z_s) {}
+  void apply(dem::Phase, dem::Particles &particles, double, double) override
+  {
+    for (int i = 0; i < particles.n; ++i)
+    {
+      ParticleBoundary::Dashpot own = dashpot;
+      own.area *= flat ? 2. * particles.radius[i] : M_PI * particles.radius[i] * particles.radius[i];
+      particles.force.col(i) += dashpot_force(own, particles.weight[i], Z_p, Z_s, particles.velocity.col(i));
+    }
+  }
+  bool flat = true;
+
+private:
+  ParticleBoundary::Dashpot dashpot;
+  double Z_p, Z_s;
+};
+
+std::unique_ptr<dem::ScriptForce> make_dashpot(const std::vector<std::string> &arguments, MPI_Comm)
+{
+  Words words(arguments, "'normal X Y Z Z_p IMPEDANCE Z_s IMPEDANCE share SHARE section diameter|circle'");
+  Vector3d normal;
+  normal[0] = words.number("normal");
+  normal[1] = words.number();
+  normal[2] = words.number();
+  const double Z_p = words.not_negative("Z_p"), Z_s = words.not_negative("Z_s"), share = words.not_negative("share");
+  const std::string section = words.text("section");
+  words.end();
+  if (!(normal.norm() > 0.))
+    words.fail("the normal is zero");
+  if (section != "diameter" && section != "circle")
+    words.fail("'" + section + "' is no section");
+  auto force = std::make_unique<DashpotForce>(normal.normalized(), Z_p, Z_s, share);
+  force->flat = section == "diameter";
+  return force;
+}
+} // namespace
+
+const std::map<std::string, dem::ScriptForceMaker> &script_forces()
+{
+  static const std::map<std::string, dem::ScriptForceMaker> forces = {{"kerf/tool", make_tool}, {"kerf/dashpot", make_dashpot}};
+  return forces;
+}
+
+int run_liggghts(int argc, char **argv, MPI_Comm comm)
+{
+  dem::run_script(argc, argv, comm, script_forces());
+  return 0;
+}
+} // namespace kerf

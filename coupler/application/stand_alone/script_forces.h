@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "dem_side/script/stand_alone.h"
+
+namespace kerf
+{
+/// What the scripts of kerf export need and LIGGGHTS has no command for, by the name of the fix:
+///
+///   kerf/tool case DIR k_n K             the tool of DIR/case.prm; f_NAME[1..3]: force of the rock on the tool [N],
+///                                        f_NAME[4]: its power on the rock [W]
+///   kerf/dashpot normal X Y Z Z_p P Z_s S share A section diameter|circle
+///                                        absorbing boundary: -a (P v_n + S v_t) on each particle, P, S in Pa s/m, a = A times
+///                                        its section: the diameter in 2D, the circle in 3D
+const std::map<std::string, dem::ScriptForceMaker> &script_forces();
+} // namespace kerf

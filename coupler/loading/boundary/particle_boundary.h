@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/energy/particle_work.h"
+#include "coupler/method/overlap/overlap.h"
+#include "dem_side/dem_side.h"
+#include "fem_side/fem_side.h"
+
+#include <array>
+#include <vector>
+
+namespace kerf
+{
+/// The boundary conditions of the rock, for the particles next to its boundary (face_shares()): they obey the condition of the
+/// face, as a node on the face does. Where conditions meet, fixed goes
+/// before velocity before roller, as for nodes.
+class ParticleBoundary
+{
+public:
+  ParticleBoundary(const fem::Mesh &mesh, const fem::Material &rock, const std::vector<fem::BoundaryCondition> &conditions,
+                   const dem::Packing &packing);
+
+  /// Share of an absorbing face: force = -area weight (Z_p v_n + Z_s v_t).
+  struct Dashpot
+  {
+    Eigen::Vector3d normal; ///< of the face
+    double area;            ///< [m^2], 2D [m]
+  };
+  /// What the boundary makes of a particle.
+  struct Role
+  {
+    bool held = false;                                     ///< displacement and rotation are prescribed
+    int driver = -1;                                       ///< held: condition with the velocity, -1: it rests
+    std::array<bool, 3> blocked = {{false, false, false}}; ///< not held: directions of rollers
+    std::vector<Dashpot> dashpots;
+
+    bool free() const { return !held && !blocked[0] && !blocked[1] && !blocked[2] && dashpots.empty(); }
+  };
+  const Role &role(int index) const { return roles[index]; } ///< by index in the packing
+  double impedance_p() const { return Z_p; }                 ///< rho c_p [Pa s/m]
+  double impedance_s() const { return Z_s; }                 ///< rho c_s [Pa s/m]
+
+  /// Forces of the dashpots on the particles of this rank; their (negative) work goes to @p absorbing, whose begin() was
+  /// called.
+  void damp(dem::Particles &particles, OuterWork &absorbing);
+  /// Holds or drives particles, after all other forces; @p time is that of their positions [s], @p dt the step [s]. Work of
+  /// held and driven particles goes to @p work, whose begin() was called.
+  void hold(dem::Particles &particles, double time, double dt, OuterWork &work);
+
+  /// Particles that can be tied to something: held ones are not among them, rollers block a direction.
+  std::vector<TiedParticle> movable(const std::vector<TiedParticle> &particles) const;
+
+  int n_particles() const { return n_on_boundary; }
+
+private:
+  std::vector<fem::BoundaryCondition> conditions;
+  double Z_p, Z_s;
+  int n_on_boundary = 0;
+  std::vector<Role> roles; // by index in the packing
+
+  const std::vector<int> &on_this_rank(const dem::Particles &particles);
+
+  std::uint64_t planned_order = ~0ull;
+  std::vector<int> local; // particles of this rank with a role
+};
+
+/// Force of a dashpot on a particle [N].
+Eigen::Vector3d dashpot_force(const ParticleBoundary::Dashpot &dashpot, double weight, double impedance_p, double impedance_s,
+                              const Eigen::Vector3d &velocity);
+} // namespace kerf

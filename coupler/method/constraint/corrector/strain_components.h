@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/method/constraint/exchange/simd.h"
+
+namespace kerf
+{
+/// Components of a strain. Those off the diagonal are shear angles, twice the tensor's.
+template <int dim>
+struct StrainComponents;
+template <>
+struct StrainComponents<2>
+{
+  static constexpr int n = 3;
+  static constexpr int axes[n][2] = {{0, 0}, {1, 1}, {0, 1}};
+  typedef LinkLanes Vector; ///< all of them, and nothing
+};
+template <>
+struct StrainComponents<3>
+{
+  static constexpr int n = 6;
+  static constexpr int axes[n][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+  typedef LinkPack Vector;
+};
+} // namespace kerf

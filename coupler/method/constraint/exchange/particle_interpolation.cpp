@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/method/constraint/exchange/particle_interpolation.h"
+
+#include "coupler/base/errors.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace kerf
+{
+OverlapLinks::OverlapLinks(const dem::Packing &packing, WindowNodes window, MPI_Comm comm)
+  : packing(packing), which(window), comm(comm)
+{
+}
+
+void OverlapLinks::set_particles(const std::vector<TiedParticle> &particles)
+{
+  const std::vector<Row> known = std::move(rows);
+  const std::vector<int> known_row = std::move(row_of);
+  rows.assign(particles.size(), {});
+  row_of.assign(packing.size(), -1);
+  for (std::size_t k = 0; k < particles.size(); ++k)
+  {
+    const int index = particles[k].index;
+    if (!known_row.empty() && known_row[index] >= 0)
+      rows[k] = known[known_row[index]];
+    rows[k].share = particles[k].share;
+    row_of[index] = static_cast<int>(k);
+  }
+  tied = particles;
+  located = false;
+  stale = true;
+}
+
+void OverlapLinks::locate(fem::FemSide &fem)
+{
+  std::vector<int> pending; // a row has a node at least
+  for (std::size_t k = 0; k < tied.size(); ++k)
+    if (rows[k].n == 0)
+      pending.push_back(static_cast<int>(k));
+  Eigen::Matrix3Xd points(3, pending.size());
+  for (std::size_t k = 0; k < pending.size(); ++k)
+    points.col(k) = packing.positions.col(tied[pending[k]].index);
+  const std::vector<fem::Interpolation> found = fem.locate(points);
+  for (std::size_t k = 0; k < pending.size(); ++k)
+  {
+    if (found[k].cell < 0)
+      throw InputError("stored particle " + std::to_string(tied[pending[k]].index) + " lies outside the mesh");
+    constexpr double nothing = 1e-12; // on a face only its own nodes count, whatever cell was found
+    Row &row = rows[pending[k]];
+    row.cell = found[k].cell;
+    for (int d = 0; d < 3; ++d)
+      row.xi[d] = found[k].xi[d] < nothing ? 0. : found[k].xi[d] > 1. - nothing ? 1. : found[k].xi[d];
+    for (int a = 0; a < found[k].n; ++a)
+      if (found[k].N[a] > nothing)
+      {
+        row.node[row.n] = found[k].nodes[a];
+        row.N[row.n++] = found[k].N[a];
+      }
+  }
+  located = true;
+}
+
+LinkChange OverlapLinks::update(const dem::Particles &particles, fem::FemSide &fem)
+{
+  // Windows are collective, so all ranks plan again when particles moved on any of them.
+  int change = static_cast<int>(stale                      ? LinkChange::renewed
+                                : order != particles.order ? LinkChange::renumbered
+                                                           : LinkChange::none);
+  MPI_Allreduce(MPI_IN_PLACE, &change, 1, MPI_INT, MPI_MAX, comm);
+  if (change == static_cast<int>(LinkChange::renumbered))
+  {
+    int same = renumber(particles);
+    MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, comm);
+    change = static_cast<int>(same ? LinkChange::renumbered : LinkChange::renewed);
+  }
+  if (change == static_cast<int>(LinkChange::renewed))
+    renew(particles, fem);
+  order = particles.order;
+  stale = false;
+  return static_cast<LinkChange>(change);
+}
+
+/// Finds the particles of the links again. False when a link is gone or new on this rank.
+bool OverlapLinks::renumber(const dem::Particles &particles)
+{
+  std::vector<int> particle_of(rows.size(), -1);
+  std::size_t n = 0;
+  for (int i = 0; i < particles.n; ++i)
+    if (const int row = row_of[particles.index[i]]; row >= 0)
+    {
+      particle_of[row] = i;
+      ++n;
+    }
+  bool same = n == list.size();
+  for (OverlapLink &link : list)
+  {
+    link.particle = particle_of[link.row];
+    same = same && link.particle >= 0;
+  }
+  return same;
+}
+
+void OverlapLinks::renew(const dem::Particles &particles, fem::FemSide &fem)
+{
+  if (!located)
+    locate(fem);
+
+  column_of.assign(fem.mesh().n_nodes(), -1);
+  shown.clear();
+  const auto show = [&](int node)
+  {
+    if (column_of[node] < 0)
+    {
+      column_of[node] = static_cast<int>(shown.size());
+      shown.push_back(node);
+    }
+    return column_of[node];
+  };
+  if (which == WindowNodes::all)
+    for (const Row &row : rows)
+      std::for_each(row.node.begin(), row.node.begin() + row.n, show);
+
+  list.clear();
+  for (int i = 0; i < particles.n; ++i)
+  {
+    const int place = row_of[particles.index[i]];
+    if (place < 0)
+      continue;
+    const Row &row = rows[place];
+    OverlapLink link;
+    link.particle = i;
+    link.row = place;
+    link.share = row.share;
+    link.blocked = tied[place].blocked;
+    link.cell = row.cell;
+    link.xi = row.xi;
+    link.n = row.n;
+    link.N = row.N;
+    std::transform(row.node.begin(), row.node.begin() + row.n, link.node.begin(), show);
+    Eigen::Map<Eigen::Vector3d>(link.origin.data()) = packing.positions.col(particles.index[i]);
+    list.push_back(link);
+  }
+  n_nodes_of_links = n_window();
+  if (nodes_around)
+    for (int a = 0; a < n_nodes_of_links; ++a)
+      for (const int node : nodes_around(shown[a]))
+        show(node);
+  fem.set_window(shown);
+}
+
+std::vector<double> OverlapLinks::tied_masses(const dem::Particles &particles, fem::FemSide &fem) const
+{
+  Eigen::Matrix3Xd node_mass;
+  fem.read_window(fem::NodalField::mass, node_mass);
+  // The sum over j needs the particles of all ranks: pushed to the nodes as if it were a force, and read back.
+  Eigen::Matrix3Xd before, shares = Eigen::Matrix3Xd::Zero(3, n_window()), total;
+  fem.read_window(fem::NodalField::force, before);
+  for (const OverlapLink &link : list)
+    spread(link, Eigen::Vector3d::Constant(link.share), shares);
+  fem.add_window_forces(shares);
+  fem.read_window(fem::NodalField::force, total);
+  fem.add_window_forces(-shares);
+  total -= before;
+
+  std::vector<double> masses;
+  for (const OverlapLink &link : list)
+  {
+    double inverse = 1. / particles.mass[link.particle];
+    bool massless_node = false;
+    for (int a = 0; a < link.n; ++a)
+    {
+      const double m = node_mass(0, link.node[a]);
+      massless_node = massless_node || m <= 0.;
+      inverse += m > 0. ? link.N[a] * total(0, link.node[a]) / m : 0.;
+    }
+    masses.push_back(massless_node ? 0. : 1. / inverse);
+  }
+  return masses;
+}
+} // namespace kerf

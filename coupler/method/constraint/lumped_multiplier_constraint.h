@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/energy/interface_work.h"
+#include "coupler/method/constraint/constraint.h"
+#include "coupler/method/constraint/exchange/couple_on_nodes.h"
+#include "coupler/method/constraint/exchange/force_history.h"
+
+namespace kerf
+{
+/// Multipliers on the particles with their matrix lumped to its diagonal (Xiao & Belytschko 2004): every particle gets the
+/// force that would make its velocity agree with the finite elements if its neighbours were pushed alike,
+///   lambda_i = (dchi_i/dt + kappa chi_i/dt)/(dt D_i),   D_i = 1/m_i + sum_a N_ia/M_a sum_j N_ja.
+/// Smooth motion is tied fully; what differs from particle to particle is damped, so waves that the finite elements cannot
+/// carry are absorbed. kappa takes the gap itself back.
+class DiagonalConstraint : public Constraint
+{
+public:
+  struct Settings
+  {
+    MPI_Comm comm = MPI_COMM_WORLD;
+    double time_step = 0.; ///< [s]
+    double closing = 0.;   ///< kappa, share of the gap that is taken back in a step, below 2 [-]
+  };
+
+  /// @param packing kept by reference
+  DiagonalConstraint(const Settings &settings, const dem::Packing &packing);
+
+  void set_particles(const std::vector<TiedParticle> &particles) override;
+  void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
+  Tie tie() const override { return Tie::rigid; }
+  ConstraintEnergy energy() const override { return {0., -work.local()}; }
+  int n_particles() const override { return links.n_particles(); }
+
+private:
+  /// The ties of this rank.
+  template <int dim>
+  struct Ties
+  {
+    LinkCells<dim> cells;
+    TieLoads<dim> loads;
+    Mobility<dim> mobility;
+    std::vector<LinkLanes> pulled; ///< share/D_i [kg]
+  };
+  template <int dim>
+  void apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem);
+  template <int dim>
+  void renew(Ties<dim> &ties, const dem::Particles &particles, fem::FemSide &fem);
+  template <int dim, bool periodic>
+  double pull(Ties<dim> &ties, double tau, dem::Particles &particles);
+
+  Settings settings;
+  const dem::Packing &packing;
+  OverlapLinks links;
+  Ties<2> ties_2d; // one of the two
+  Ties<3> ties_3d;
+  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, wanted, force, node_force; // of the window's nodes
+  NodeCouple couples;
+  InterfaceWork work;
+};
+} // namespace kerf

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/method/constraint/penalty_constraint.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace kerf
+{
+double penalty_stiffness(const PenaltyConstraint::Settings &settings, double share, double mu)
+{
+  if (mu <= 0.)
+    return 0.;
+  return share * (settings.mass_scaled ? settings.beta * mu / (settings.time_step * settings.time_step) : settings.stiffness);
+}
+
+double penalty_viscosity(const PenaltyConstraint::Settings &settings, double share, double mu)
+{
+  return 2. * settings.damping * std::sqrt(penalty_stiffness(settings, share, mu) * share * mu);
+}
+
+PenaltyConstraint::PenaltyConstraint(const Settings &settings, const dem::Packing &packing)
+  : settings(settings), packing(packing), links(packing, WindowNodes::own, settings.comm),
+    damping_work(settings.time_step, settings.comm)
+{
+  if (settings.corrector)
+    links.widen([this](int node) { return corrector->gradient().nodes_around(node); });
+}
+
+void PenaltyConstraint::set_particles(const std::vector<TiedParticle> &particles)
+{
+  links.set_particles(particles);
+  if (settings.corrector)
+    tied = particles;
+  of_nodes.clear();
+}
+
+void PenaltyConstraint::make_corrector(const fem::FemSide &fem)
+{
+  if (!settings.corrector || corrector)
+    return;
+  if (!settings.fluctuations)
+    settings.fluctuations = std::make_shared<Fluctuations>(packing, settings.k_n, settings.k_t, fem);
+  corrector = std::make_unique<Corrector>(packing, settings.fluctuations, fem);
+}
+
+void PenaltyConstraint::place(std::vector<dem::NewParticle> &particles, const fem::FemSide &fem)
+{
+  if (!settings.corrector)
+    return;
+  const Eigen::Matrix3Xd u = fem.gather(fem::NodalField::displacement), v = fem.gather(fem::NodalField::velocity);
+  if (u.isZero(0.) && v.isZero(0.))
+    return; // as particles lie in the store; alone they need no corrector
+  make_corrector(fem);
+  corrector->set_masses(fem.gather(fem::NodalField::mass).row(0));
+  corrector->place(particles, u, v);
+}
+
+/// As OverlapLinks::tied_masses(), of the rows with fluctuations.
+std::vector<double> PenaltyConstraint::masses_of_rows(const dem::Particles &particles, const fem::FemSide &fem)
+{
+  if (of_nodes.empty())
+  {
+    std::vector<int> indices;
+    for (const TiedParticle &particle : tied)
+      indices.push_back(particle.index);
+    const Eigen::VectorXd node_mass = fem.gather(fem::NodalField::mass).row(0);
+    corrector->set_masses(node_mass);
+    of_nodes = inverse_masses_of_nodes(corrector->lengths(indices), tied, node_mass);
+  }
+  std::vector<double> masses;
+  for (const OverlapLink &link : links.links())
+    masses.push_back(of_nodes[link.row] < 0. ? 0. : 1. / (1. / particles.mass[link.particle] + of_nodes[link.row]));
+  return masses;
+}
+
+void PenaltyConstraint::choose_springs(const dem::Particles &particles, fem::FemSide &fem)
+{
+  const std::vector<double> masses = settings.corrector ? masses_of_rows(particles, fem) : links.tied_masses(particles, fem);
+  stiffness.clear();
+  viscosity.clear();
+  for (std::size_t k = 0; k < masses.size(); ++k)
+  {
+    const double share = links.links()[k].share;
+    stiffness.push_back(penalty_stiffness(settings, share, masses[k]));
+    viscosity.push_back(penalty_viscosity(settings, share, masses[k]));
+  }
+}
+
+template <int dim>
+void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &particles, fem::FemSide &fem)
+{
+  choose_springs(particles, fem);
+  springs.cells.assign(links, fem.mesh(), packing);
+  springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
+  if (settings.corrector)
+    springs.corrected.renew(springs.cells, links, *corrector, particles, stiffness);
+}
+
+template <int dim>
+void PenaltyConstraint::apply(Springs<dim> &springs, dem::Particles &particles, fem::FemSide &fem)
+{
+  make_corrector(fem);
+  const LinkChange change = links.update(particles, fem);
+  if (change == LinkChange::renewed)
+    renew(springs, particles, fem);
+  else if (change == LinkChange::renumbered)
+  {
+    springs.cells.renumber(links);
+    springs.corrected.renumber(links);
+  }
+
+  fem.read_window(fem::NodalField::displacement, node_displacement);
+  node_force.setZero(3, links.n_window());
+  if (settings.corrector)
+    stored = springs.corrected.pull(springs.cells, node_displacement, packing.periodic, particles, node_force);
+  else if (packing.periodic.isZero(0.))
+    pull<dim, false>(springs, particles);
+  else
+    pull<dim, true>(springs, particles);
+  fem.add_window_forces(node_force);
+}
+
+/// f_i = -k_i chi_i and its reaction.
+template <int dim, bool periodic>
+void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
+{
+  using Vectors = LinkVectors<dim>;
+  constexpr int corners = LinkCells<dim>::corners;
+  LinkPack energy = {};
+  int k = 0;
+  for (const auto &cell : springs.cells.cells())
+  {
+    LinkPack place[corners], given[corners] = {};
+    springs.cells.places(cell, node_displacement, place);
+    for (; k < cell.end; ++k)
+    {
+      springs.cells.fetch_after(k, particles.position, particles.force);
+      const auto &batch = springs.cells.batches()[k];
+#pragma GCC unroll 2
+      for (int p = 0; p < n_packs<dim>; ++p)
+      {
+        const auto *at = batch.begins(p);
+        const auto xi = batch.place(p);
+        const LinkPack position = Vectors::load(particles.position.data(), at),
+                       gap = LinkCells<dim>::template gap<periodic>(place, xi, position, packing.periodic);
+        const LinkPack force = Vectors::spread(springs.stiffness[k], p) * gap;
+        energy += 0.5 * force * gap;
+        Vectors::store(particles.force.data(), at, Vectors::load(particles.force.data(), at) + force);
+        add_moments(force, xi, given);
+      }
+    }
+    springs.cells.scatter(cell, given, -1., node_force);
+  }
+  stored = sum_of(energy);
+}
+
+Eigen::VectorXd PenaltyConstraint::springs() const
+{
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(n_local);
+  for (std::size_t k = 0; k < links.links().size(); ++k)
+    result[links.links()[k].particle] = stiffness[k];
+  return result;
+}
+
+void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
+{
+  stored = 0.;
+  if (links.n_particles() == 0)
+    return;
+  if (settings.damping > 0.)
+  {
+    if (phase == dem::Phase::step)
+      fem.read_window(fem::NodalField::velocity, node_velocity); // while the window is that of the step before
+    damping_work.begin(phase, particles, node_velocity);
+  }
+  n_local = particles.n;
+  if (packing.dim == 2)
+    apply(springs_2d, particles, fem);
+  else
+    apply(springs_3d, particles, fem);
+  if (settings.damping > 0.)
+    add_damping(particles, fem);
+}
+
+/// Damping looks at the velocities of the half step before.
+void PenaltyConstraint::add_damping(dem::Particles &particles, fem::FemSide &fem)
+{
+  fem.read_window(fem::NodalField::velocity, node_velocity);
+  node_force.setZero();
+  for (std::size_t k = 0; k < links.links().size(); ++k)
+  {
+    const OverlapLink &link = links.links()[k];
+    const Eigen::Vector3d force = viscosity[k] * OverlapLinks::gap(link, particles.velocity, node_velocity);
+    const Eigen::Vector3d couple = links.displacement_gap(link, particles, node_displacement).cross(force);
+    particles.force.col(link.particle) -= force;
+    particles.torque.col(link.particle) += couple;
+    damping_work.add(particles, link.particle, -force, couple);
+    OverlapLinks::spread(link, force, node_force);
+  }
+  fem.add_window_forces(node_force);
+  damping_work.end(node_force, node_velocity);
+}
+} // namespace kerf

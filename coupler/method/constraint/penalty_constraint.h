@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/energy/interface_work.h"
+#include "coupler/method/constraint/constraint.h"
+#include "coupler/method/constraint/corrector/corrected_springs.h"
+#include "coupler/method/constraint/exchange/cell_batches.h"
+#include "coupler/method/constraint/exchange/particle_interpolation.h"
+
+namespace kerf
+{
+/// Penalty forces f_i = -k_i chi_i on the particle and N_a k_i chi_i on the nodes (seed, eq. 4).
+///  - constant: k_i = k_DF for all (the seed);
+///  - mass scaled: k_i = beta mu_i/dt^2 with the weighted masses of OverlapLinks::tied_masses(), so that the stiffness falls
+///    with the masses towards both ends of the overlap and adds at most beta to dt^2 omega^2, whatever the cells and weights.
+/// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical.
+/// With a corrector chi_i is the gap to the place that a particle of a random packing fluctuates to about the smooth field (see
+/// Corrector), and nodes get the exact gradient of the springs' energy: no rotation changes it, so it keeps both momenta.
+class PenaltyConstraint : public Constraint
+{
+public:
+  struct Settings
+  {
+    MPI_Comm comm = MPI_COMM_WORLD;
+    bool mass_scaled = true;
+    double stiffness = 0.; ///< k_DF [N/m] (2D: per metre), constant penalty only
+    double beta = 0.;      ///< mass-scaled penalty only
+    double time_step = 0.; ///< [s]
+    double damping = 0.;   ///< xi [-], not with a corrector
+    bool corrector = false;
+    double k_n = 0., k_t = 0.; ///< of the bonds, for fluctuations that are not known [N/m]
+    std::shared_ptr<const Fluctuations> fluctuations;
+  };
+
+  /// @param packing kept by reference
+  PenaltyConstraint(const Settings &settings, const dem::Packing &packing);
+
+  void set_particles(const std::vector<TiedParticle> &particles) override;
+  void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
+  void place(std::vector<dem::NewParticle> &particles, const fem::FemSide &fem) override;
+  Corrector *corrector_of(const fem::FemSide &fem) override
+  {
+    make_corrector(fem);
+    return corrector.get();
+  }
+  Tie tie() const override { return Tie::spring; }
+  Eigen::VectorXd springs() const override;
+  ConstraintEnergy energy() const override { return {stored, -damping_work.local()}; }
+  int n_particles() const override { return links.n_particles(); }
+
+private:
+  /// The springs of this rank.
+  template <int dim>
+  struct Springs
+  {
+    LinkCells<dim> cells;
+    std::vector<LinkLanes> stiffness; ///< [N/m]
+    CorrectedSprings<dim> corrected;  ///< with a corrector
+  };
+  template <int dim>
+  void renew(Springs<dim> &springs, const dem::Particles &particles, fem::FemSide &fem);
+  template <int dim>
+  void apply(Springs<dim> &springs, dem::Particles &particles, fem::FemSide &fem);
+  template <int dim, bool periodic>
+  void pull(Springs<dim> &springs, dem::Particles &particles);
+
+  void make_corrector(const fem::FemSide &fem);
+  std::vector<double> masses_of_rows(const dem::Particles &particles, const fem::FemSide &fem);
+  void choose_springs(const dem::Particles &particles, fem::FemSide &fem);
+  void add_damping(dem::Particles &particles, fem::FemSide &fem);
+
+  Settings settings;
+  const dem::Packing &packing;
+  OverlapLinks links;
+  Springs<2> springs_2d; // one of the two
+  Springs<3> springs_3d;
+  std::vector<double> stiffness, viscosity; // of each link
+  std::unique_ptr<Corrector> corrector;     // made when the finite elements are known
+  std::vector<TiedParticle> tied;           // with a corrector only, like the rest
+  std::vector<double> of_nodes;             // of 1/mu of each of them, what the nodes add [1/kg]; empty: not known yet
+  Eigen::Matrix3Xd node_displacement, node_velocity, node_force;
+  int n_local = 0; // particles of this rank
+  double stored = 0.;
+  InterfaceWork damping_work;
+};
+
+/// What the case says of the penalty, for a step @p dt [s].
+PenaltyConstraint::Settings penalty_settings(const Case &settings, double dt);
+/// k_i of both kinds [N/m]; @p mu reduced mass [kg].
+double penalty_stiffness(const PenaltyConstraint::Settings &settings, double share, double mu);
+/// 2 xi sqrt(k share mu) [N s/m]
+double penalty_viscosity(const PenaltyConstraint::Settings &settings, double share, double mu);
+} // namespace kerf

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/method/constraint/weak_multiplier_constraint.h"
+
+#include "coupler/base/mpi_helpers.h"
+
+#include <algorithm>
+
+namespace kerf
+{
+namespace
+{
+/// Share of what the mean displacements are apart that is taken back in a step. The velocities are tied exactly, so only the
+/// placing of new particles and forces that the coupler does not see, like local damping, take them apart.
+constexpr double drift_share = 0.02;
+} // namespace
+
+/// A particle of the outermost row weighs d/(2 L_o). Springs of that share of k_n give way to its load by about the strain of a
+/// diameter, and are a per cent of the stiffness of a particle that weighs one half.
+MultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt)
+{
+  MultiplierConstraint::Settings result;
+  result.time_step = dt;
+  result.relaxation = settings.fluctuation_relaxation;
+  result.holding = 0.5 * settings.bond.k_n * settings.packing.mean_diameter / settings.overlap_width;
+  return result;
+}
+
+double fluctuation_share(double weight, double share)
+{
+  return std::max(share, 1. - weight);
+}
+
+double holding_spring(const MultiplierConstraint::Settings &settings, double weight, double share, double mass)
+{
+  constexpr double share_of_step = 0.5; // of omega^2 dt^2, at most
+  const double dt = settings.time_step;
+  return fluctuation_share(weight, share) *
+         std::min(settings.holding * (1. - weight) * (1. - weight), share_of_step * mass / (dt * dt));
+}
+
+MultiplierConstraint::MultiplierConstraint(const Settings &settings, const dem::Packing &packing)
+  : settings(settings), packing(packing), links(packing, WindowNodes::all, settings.comm),
+    work(settings.time_step, settings.comm)
+{
+  MPI_Comm_rank(settings.comm, &rank);
+}
+
+void MultiplierConstraint::set_particles(const std::vector<TiedParticle> &particles)
+{
+  links.set_particles(particles);
+}
+
+template <int dim>
+void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
+{
+  const std::vector<OverlapLink> &list = links.links();
+  ties.cells.assign(links, fem.mesh(), packing);
+  const auto share_of_fluctuation = [&](std::size_t k)
+  { return fluctuation_share(particles.weight[list[k].particle], list[k].share); };
+  ties.c =
+    ties.cells.lanes_of([&](std::size_t k) { return list[k].share * packing.volume(particles.index[list[k].particle]); });
+  ties.spring = ties.cells.lanes_of(
+    [&](std::size_t k)
+    {
+      const int i = list[k].particle;
+      return holding_spring(settings, particles.weight[i], list[k].share, particles.mass[i]);
+    });
+  ties.viscosity = ties.cells.lanes_of(
+    [&](std::size_t k)
+    { return settings.relaxation / settings.time_step * share_of_fluctuation(k) * particles.mass[list[k].particle]; });
+  ties.mobility.assign(ties.cells, links, particles);
+  for (auto *values : {&ties.gap, &ties.velocity, &ties.relaxed})
+    values->resize(n_packs<dim> * ties.cells.batches().size());
+  ties.loads.renew(ties.cells, particles);
+  build_equations(ties, particles, fem);
+  couples.renew(fem.mesh(), links.window(), inverse_node_mass);
+}
+
+/// Every rank builds the equations of all links and solves them: they are as many as the nodes of the overlap, and what each
+/// rank adds to their right-hand side is a sum.
+template <int dim>
+void MultiplierConstraint::build_equations(const Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
+{
+  fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
+  constexpr int record = 5 + 2 * 8; // c, three inverse masses, number of nodes, nodes, shape functions
+  std::vector<double> mine;
+  mine.reserve(links.links().size() * record);
+  for (std::size_t k = 0; k < ties.c.size(); ++k)
+    for (int l = 0; l < n_link_lanes; ++l)
+      if (ties.cells.is_used(k, l))
+      {
+        const OverlapLink &link = links.links()[ties.cells.link(k, l)];
+        std::array<double, 3> inverse_mass{};
+        for (int axis = 0; axis < dim; ++axis)
+          inverse_mass[axis] = link.blocked[axis] ? 0. : 1. / particles.mass[link.particle];
+        mine.insert(mine.end(), {ties.c[k][l], inverse_mass[0], inverse_mass[1], inverse_mass[2], double(link.n)});
+        mine.insert(mine.end(), link.node.begin(), link.node.end());
+        mine.insert(mine.end(), link.N.begin(), link.N.end());
+      }
+  const std::vector<double> all = gather_all(mine, MPI_DOUBLE, settings.comm);
+  const std::size_t n = all.size() / record;
+  std::vector<int> nodes(8 * n);
+  std::vector<MultiplierEquations::Row> rows(n);
+  for (std::size_t k = 0; k < n; ++k)
+  {
+    const double *values = &all[k * record];
+    rows[k].c = values[0];
+    std::copy(values + 1, values + 4, rows[k].inverse_mass.begin());
+    rows[k].n = static_cast<int>(values[4]);
+    std::copy(values + 5, values + 13, &nodes[8 * k]);
+    rows[k].node = &nodes[8 * k];
+    rows[k].N = values + 13;
+  }
+  equations = std::make_unique<MultiplierEquations>(dim, rows, inverse_node_mass);
+}
+
+void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
+{
+  stored = 0.;
+  if (links.n_particles() == 0)
+    return;
+  if (packing.dim == 2)
+    apply(ties_2d, phase, particles, fem);
+  else
+    apply(ties_3d, phase, particles, fem);
+}
+
+/// Finds the forces after which the mean velocities agree at the next half step, and adds them.
+template <int dim>
+void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
+{
+  const bool stepping = phase == dem::Phase::step;
+  if (stepping)
+    fem.read_window(fem::NodalField::velocity, velocity); // while the window is that of the step before
+  work.begin(phase, particles, velocity);
+  const LinkChange change = links.update(particles, fem);
+  const double dt = settings.time_step;
+  work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
+  if (change == LinkChange::renewed)
+    renew(ties, particles, fem);
+  if (change == LinkChange::renewed || !stepping)
+    fem.read_window(fem::NodalField::velocity, velocity);
+  fem.read_window(fem::NodalField::displacement, displacement);
+  fem.read_window(fem::NodalField::force, force);
+  // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
+  const double tau = stepping ? dt : 0.5 * dt;
+  packing.periodic.isZero(0.) ? gather_gaps<dim, false>(ties, tau, particles) : gather_gaps<dim, true>(ties, tau, particles);
+  solve<dim>(tau);
+  const double power = scatter_forces(ties, particles);
+  reaction = node_force;
+  if (rank == 0)
+    reaction += sums.middleRows<3>(6);
+  if (stepping)
+    work.add_energy(0.5 * dt * power);
+  fem.add_window_forces(reaction);
+  work.end(node_force, velocity);
+}
+
+/// Holds light particles by springs along chi, relaxes fluctuations by f_i = -viscosity (v_i - sum_a N_a v_a), and adds up at
+/// the nodes, three rows each: c N (velocity after the step, with what chi asks for to close), reaction of the
+/// relaxation, reaction of the springs.
+template <int dim, bool periodic>
+void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles)
+{
+  using Vectors = LinkVectors<dim>;
+  constexpr int corners = LinkCells<dim>::corners;
+  const double closing = drift_share / settings.time_step;
+  sums.setZero(9, links.n_window());
+  LinkPack energy = {};
+  int k = 0;
+  for (const auto &cell : ties.cells.cells())
+  {
+    LinkPack place[corners], v[corners], momentum[corners] = {}, damping[corners] = {}, holding[corners] = {};
+    ties.cells.places(cell, displacement, place);
+    ties.cells.coefficients(cell, velocity, v);
+    for (; k < cell.end; ++k)
+    {
+      ties.cells.fetch_after(k, particles.position, particles.velocity, particles.force);
+      const auto &batch = ties.cells.batches()[k];
+#pragma GCC unroll 2
+      for (int p = 0; p < n_packs<dim>; ++p)
+      {
+        const auto *at = batch.begins(p);
+        const int pack = n_packs<dim> * k + p;
+        const auto xi = batch.place(p);
+        const LinkPack position = Vectors::load(particles.position.data(), at),
+                       own_velocity = Vectors::load(particles.velocity.data(), at),
+                       own_force = Vectors::load(particles.force.data(), at);
+        const LinkPack gap = LinkCells<dim>::template gap<periodic>(place, xi, position, packing.periodic);
+        const LinkPack held = Vectors::spread(ties.spring[k], p) * gap,
+                       relaxed = Vectors::spread(ties.viscosity[k], p) * (value_of(v, xi) - own_velocity),
+                       total = own_force + held + relaxed;
+        Vectors::store(particles.force.data(), at, total);
+        const LinkPack ahead = own_velocity + tau * ties.mobility.of(k, p, cell) * total;
+        energy += 0.5 * held * gap;
+        add_moments(LinkPack(Vectors::spread(ties.c[k], p) * (ahead - closing * gap)), xi, momentum);
+        add_moments(relaxed, xi, damping);
+        add_moments(held, xi, holding);
+        ties.gap[pack] = gap;
+        ties.velocity[pack] = own_velocity;
+        ties.relaxed[pack] = relaxed;
+      }
+    }
+    ties.cells.scatter(cell, momentum, 1., sums.middleRows<3>(0));
+    ties.cells.scatter(cell, damping, -1., sums.middleRows<3>(3));
+    ties.cells.scatter(cell, holding, -1., sums.middleRows<3>(6));
+  }
+  stored = sum_of(energy);
+  int n_ranks = 1;
+  MPI_Comm_size(settings.comm, &n_ranks);
+  if (n_ranks > 1)
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, settings.comm);
+}
+
+/// The multipliers, and the forces at the nodes; the first rank adds them.
+template <int dim>
+void MultiplierConstraint::solve(double tau)
+{
+  const int n = links.n_window();
+  ahead = velocity.topRows<dim>() + tau * inverse_node_mass.topRows<dim>().cwiseProduct(
+                                            force.topRows<dim>() + sums.middleRows<dim>(3) + sums.middleRows<dim>(6));
+  equations->multiply(ahead, lambda);
+  lambda = (sums.topRows<dim>() - lambda) / tau;
+  equations->solve(lambda);
+  node_force.setZero(3, n);
+  if (rank != 0)
+    return;
+  equations->multiply(lambda, ahead);
+  node_force.topRows<dim>() = sums.middleRows<dim>(3) + ahead;
+}
+
+/// The multipliers' forces on the particles. Returns the power of the forces of the step before and of these [W].
+template <int dim>
+double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
+{
+  using Vectors = LinkVectors<dim>;
+  constexpr int corners = LinkCells<dim>::corners;
+  LinkPack power = {};
+  typename Vectors::Couple couple;
+  int k = 0;
+  for (const auto &cell : ties.cells.cells())
+  {
+    LinkPack multiplier[corners];
+    ties.cells.coefficients(cell, lambda, multiplier);
+    for (; k < cell.end; ++k)
+    {
+      ties.cells.fetch_after(k, particles.force);
+      const auto &batch = ties.cells.batches()[k];
+#pragma GCC unroll 2
+      for (int p = 0; p < n_packs<dim>; ++p)
+      {
+        const auto *at = batch.begins(p);
+        const int pack = n_packs<dim> * k + p;
+        const LinkPack force = -Vectors::spread(ties.c[k], p) * value_of(multiplier, batch.place(p)),
+                       load = ties.relaxed[pack] + force;
+        Vectors::store(particles.force.data(), at, Vectors::load(particles.force.data(), at) + force);
+        power += ties.loads.exchange(pack, load) * ties.velocity[pack];
+        couple.add(ties.gap[pack], load);
+      }
+    }
+  }
+  couples.add(couple.sum(), displacement, node_force);
+  return sum_of(power);
+}
+} // namespace kerf

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/application/case_file/case_file.h"
+#include "coupler/energy/energy_ledger.h"
+#include "coupler/energy/particle_work.h"
+#include "coupler/loading/boundary/particle_boundary.h"
+#include "coupler/loading/boundary/particle_loads.h"
+#include "coupler/loading/debris_contact.h"
+#include "coupler/loading/tool/tool.h"
+#include "coupler/method/activation/activation_rule.h"
+#include "coupler/method/activation/return_rule.h"
+#include "coupler/method/constraint/constraint.h"
+#include "coupler/method/overlap/overlap.h"
+#include "coupler/method/stability/stable_step.h"
+#include "coupler/method/step_timer.h"
+
+#include <memory>
+
+namespace kerf
+{
+/// What one change of models did (audit, seed's "behaviours of both methods should be equivalent").
+struct ActivationEvent
+{
+  std::int64_t step = 0;
+  double time = 0.;
+  int cells = 0;                 ///< converted to particles; negative: given back to the finite elements
+  int particles = 0;             ///< taken from the store; negative: put back
+  std::int64_t bonds_stored = 0; ///< between these and any active particle; before and after must differ by them
+  Inventory before, after;
+  double stress = 0.;      ///< root mean square over the cells of the stress before [Pa]
+  double stress_jump = 0.; ///< of the stress after less the stress before [Pa]
+};
+
+/// Mean force of the rock on the tool since the last call [N].
+struct ToolForce
+{
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+};
+
+/// Both sides of one body and what ties them together. The cycle of a step is in cycle(); the README has it as a table.
+class CoupledModel
+{
+public:
+  /// @param fem, @param packing and @param settings are kept by reference. @param dt step of both sides [s]
+  /// @param fluctuations see make_constraint()
+  CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt, MPI_Comm comm,
+               std::shared_ptr<const Fluctuations> fluctuations = nullptr);
+
+  /// Converts the cells that the mode asks for at time zero. Collective.
+  void start();
+
+  /// Advances by @p steps steps. Collective.
+  void advance(int steps);
+
+  /// Mode adaptive: converts cells whose stress passed sigma*, or else gives quiet ones back (Adaptivity/Return fraction).
+  /// Returns whether anything changed. Collective.
+  bool adapt();
+
+  /// Converts @p cells whatever their stress (studies). Collective.
+  void activate(std::vector<int> cells);
+
+  /// Makes converted @p cells finite elements again, whatever their state (studies): their bonds should be intact. Collective.
+  void give_back(std::vector<int> cells);
+
+  /// Computes the forces anew after positions were changed from outside. Collective.
+  void set_up_forces();
+
+  std::int64_t step() const { return n_steps; }
+  double time() const { return now; }
+  double time_step() const { return dt; }
+  ToolForce take_tool_force();   ///< collective
+  EnergyLedger energies() const; ///< collective
+
+  fem::FemSide &fem() { return fem_side; }
+  dem::DemSide &dem() { return *dem_side; }
+  const dem::DemSide &dem() const { return *dem_side; }
+  const Overlap &overlap() const { return regions; }
+  const Tool &tool() const { return cutter; }
+  const ActivationRule &rule() const { return activation; }
+  const LooseContact &loose_particles() const { return loose; }
+  const std::vector<ActivationEvent> &events() const { return activation_events; }
+  int n_overlap_particles() const { return constraint->n_particles(); }
+  StepTimer &timer() { return clock; }
+
+private:
+  void cycle(dem::Phase phase, dem::Particles &particles);
+  void convert(const std::vector<int> &cells);
+  ActivationEvent open_event();
+  void close_event(ActivationEvent &event);
+  CellStresses stresses_of(const std::vector<int> &cells, bool of_particles);
+  void audit_stress(ActivationEvent &event, const CellStresses &before, const CellStresses &after) const;
+  std::int64_t bonds_between(const std::vector<int> &fresh) const;
+  std::vector<TiedParticle> active_ties() const;
+  void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties,
+              const std::unordered_map<int, Eigen::Vector3d> &accelerations);
+  std::vector<char> damaged_particles() const;
+  void particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &));
+
+  const Case &settings;
+  Mode mode;
+  fem::FemSide &fem_side;
+  const dem::Packing &packing;
+  double dt;
+  MPI_Comm comm;
+
+  std::unique_ptr<dem::DemSide> dem_side;
+  Overlap regions;
+  ActivationRule activation;
+  ParticleCells particle_cells;
+  ReturnRule give_back_rule;
+  ParticleBoundary boundary;
+  ParticleLoads loads;
+  std::unique_ptr<Constraint> constraint;
+  StabilityWatch watch;
+  Tool cutter;
+  LooseContact loose;
+  OuterWork tool_work, loose_work, boundary_work, absorbing_work; // on particles
+  ForceCatcher tool_forces;
+
+  bool relaxing = false; // new particles are moved to rest, time stands still
+  std::int64_t n_steps = 0;
+  double now = 0.;
+  double initial_energy = 0., conversion_energy = 0.; // see EnergyLedger
+  Tool::Load local_impulse;                           // time integral of the tool's load since the last take_tool_force()
+  double impulse_duration = 0.;
+  std::vector<ActivationEvent> activation_events;
+  StepTimer clock;
+};
+
+/// What the particle side of a case is set up with.
+dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
+} // namespace kerf

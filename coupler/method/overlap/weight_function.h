@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/application/case_file/case_file.h"
+
+#include <algorithm>
+
+namespace kerf
+{
+/// FE share alpha at distance @p phi [m] from the particle region, for an overlap of width @p width [m]: 0 in the particle
+/// region, 1 beyond the overlap. The DE share is 1 - alpha. (Xiao & Belytschko 2004, linear; Bauman et al. 2008, cubic, 1/2)
+inline double fe_weight(WeightFunction function, double phi, double width)
+{
+  if (phi <= 0.)
+    return 0.;
+  if (phi >= width)
+    return 1.;
+  const double s = phi / width;
+  switch (function)
+  {
+  case WeightFunction::cubic:
+    return s * s * (3. - 2. * s);
+  case WeightFunction::constant:
+    return 0.5;
+  default:
+    return s;
+  }
+}
+} // namespace kerf

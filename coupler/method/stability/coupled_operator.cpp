@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/method/stability/coupled_operator.h"
+
+#include "coupler/base/mpi_helpers.h"
+#include "coupler/base/noise.h"
+#include "coupler/method/constraint/corrector/corrector.h"
+#include "coupler/method/constraint/penalty_constraint.h"
+#include "coupler/method/constraint/weak_multiplier_constraint.h"
+#include "coupler/method/stability/stable_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf
+{
+namespace
+{
+bool contains(const Box &box, const Eigen::Vector3d &point)
+{
+  return (point.array() >= box.lower.array()).all() && (point.array() <= box.upper.array()).all();
+}
+} // namespace
+
+CoupledOperator::CoupledOperator(const Case &settings, const fem::FemSide &fem, const dem::Packing &packing,
+                                 const Overlap &overlap, const std::vector<TiedParticle> &tied, const std::vector<char> &active,
+                                 const Box &part, MPI_Comm comm, Corrector *corrector)
+  : settings(settings), dim(packing.dim)
+{
+  add_cells(fem, part, comm);
+  first_particle_dof = dim * static_cast<int>(nodes.size());
+  for (int i = 0; i < packing.size(); ++i)
+    if (active[i] && contains(part, packing.positions.col(i)))
+      particles.push_back(i);
+  network = std::make_unique<dem::NetworkOperator>(
+    packing, overlap.bonds(),
+    dem::NetworkOperator::Material{settings.bond.k_n, settings.bond.k_t, particle_density(settings, packing)}, particles,
+    active, overlap.de_weights());
+
+  inverse_root_mass.resize(first_particle_dof + network->n_dofs());
+  const Eigen::Matrix3Xd inverse_node_mass = fem.gather(fem::NodalField::inverse_mass);
+  for (std::size_t p = 0; p < nodes.size(); ++p)
+    for (int c = 0; c < dim; ++c)
+      inverse_root_mass[dim * p + c] = std::sqrt(inverse_node_mass(c, nodes[p]));
+  inverse_root_mass.tail(network->n_dofs()) = network->masses().cwiseSqrt().cwiseInverse();
+  add_ties(fem, packing, overlap, tied);
+  if (corrector)
+    correct_ties(fem, tied, *corrector);
+  remove_masses_of_held(tied);
+  if (settings.constraint == ConstraintMethod::multipliers)
+    build_multipliers();
+}
+
+/// Cells with weight whose centre is in the part, from all ranks, and their nodes.
+void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Comm comm)
+{
+  const fem::Mesh &mesh = fem.mesh();
+  std::vector<int> mine;
+  for (const int cell : fem.owned_cells())
+    if (contains(part, cell_centre(mesh, cell)))
+      mine.push_back(cell);
+  std::vector<double> packed;
+  const std::vector<fem::CellStiffness> stiffness = fem.cell_stiffness(mine);
+  for (std::size_t k = 0; k < mine.size(); ++k)
+    if ((stiffness[k].array() != 0.).any())
+    {
+      packed.push_back(mine[k]);
+      packed.insert(packed.end(), stiffness[k].data(), stiffness[k].data() + stiffness[k].size());
+    }
+  packed = gather_all(packed, MPI_DOUBLE, comm);
+
+  const int n_corners = static_cast<int>(mesh.cells.rows()), n = dim * n_corners;
+  for (std::size_t k = 0; k < packed.size(); k += 1 + n * n)
+  {
+    Cell cell;
+    const fem::CellMotion corners = fem::cell_motion(mesh, static_cast<int>(packed[k]));
+    Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(n, dim * corners.nodes.size()); // of the corners by that of the nodes
+    for (std::size_t m = 0; m < corners.nodes.size(); ++m)
+    {
+      const auto entry = node_place.emplace(corners.nodes[m], static_cast<int>(nodes.size()));
+      if (entry.second)
+        nodes.push_back(corners.nodes[m]);
+      cell.dof.push_back(dim * entry.first->second);
+      for (int a = 0; a < n_corners; ++a)
+        for (int c = 0; c < dim; ++c)
+          motion(dim * a + c, dim * m + c) = corners.share(a, m);
+    }
+    cell.K = motion.transpose() * Eigen::Map<const Eigen::MatrixXd>(&packed[k + 1], n, n) * motion;
+    cells.push_back(cell);
+  }
+}
+
+void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &packing, const Overlap &overlap,
+                               const std::vector<TiedParticle> &tied)
+{
+  Eigen::Matrix3Xd points(3, tied.size());
+  for (std::size_t k = 0; k < tied.size(); ++k)
+    points.col(k) = packing.positions.col(tied[k].index);
+  const std::vector<fem::Interpolation> found = fem.locate(points);
+  std::unordered_map<int, double> shares; // of all ties of a node
+  for (std::size_t k = 0; k < tied.size(); ++k)
+    for (int a = 0; a < found[k].n; ++a)
+      shares[found[k].nodes[a]] += tied[k].share * found[k].N[a];
+
+  for (std::size_t k = 0; k < tied.size(); ++k)
+  {
+    const auto place = std::lower_bound(particles.begin(), particles.end(), tied[k].index);
+    if (place == particles.end() || *place != tied[k].index)
+      continue;
+    Tie tie;
+    tie.particle = first_particle_dof + network->per_particle() * static_cast<int>(place - particles.begin());
+    tie.share = tied[k].share;
+    tie.weight = overlap.de_weights()[tied[k].index];
+    tie.mass = 1. / std::pow(inverse_root_mass[tie.particle], 2);
+    tie.measure = tie.share * packing.volume(tied[k].index);
+    double inverse = 1. / tie.mass;
+    bool whole = true;
+    for (int a = 0; a < found[k].n; ++a)
+    {
+      if (found[k].N[a] <= 1e-12)
+        continue;
+      const auto node = node_place.find(found[k].nodes[a]);
+      whole = whole && node != node_place.end();
+      if (!whole)
+        break;
+      tie.node[tie.n] = dim * node->second;
+      tie.N[tie.n++] = found[k].N[a];
+      inverse +=
+        found[k].N[a] * shares[found[k].nodes[a]] * std::pow(inverse_root_mass.segment(dim * node->second, dim).maxCoeff(), 2);
+    }
+    tie.mu = 1. / inverse;
+    if (whole) // at the edge of the part some nodes are missing
+      ties.push_back(tie);
+  }
+}
+
+/// Gives the ties their whole rows and the masses that go with them.
+void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<TiedParticle> &tied, Corrector &corrector)
+{
+  const Eigen::VectorXd node_mass = fem.gather(fem::NodalField::mass).row(0);
+  std::vector<int> indices;
+  for (const TiedParticle &particle : tied)
+    indices.push_back(particle.index);
+  corrector.set_masses(node_mass);
+  const std::vector<Corrector::Row> rows = corrector.rows(indices);
+  const std::vector<double> others = inverse_masses_of_nodes(corrector.lengths(indices), tied, node_mass);
+  std::vector<Tie> whole;
+  for (const Tie &known : ties)
+  {
+    const int index = particles[(known.particle - first_particle_dof) / network->per_particle()];
+    const std::size_t k = std::lower_bound(indices.begin(), indices.end(), index) - indices.begin();
+    Tie tie = known;
+    bool inside = others[k] >= 0.;
+    for (std::size_t b = 0; b < rows[k].node.size() && inside; ++b)
+    {
+      const auto node = node_place.find(rows[k].node[b]);
+      inside = node != node_place.end();
+      if (inside)
+        tie.row.emplace_back(dim * node->second, rows[k].P[b]);
+    }
+    tie.mu = 1. / (1. / tie.mass + others[k]);
+    if (inside)
+      whole.push_back(tie);
+  }
+  ties = std::move(whole);
+}
+
+template <int dim>
+Eigen::Matrix<double, dim, 1> CoupledOperator::gap(const Tie &tie, const Eigen::VectorXd &x) const
+{
+  Eigen::Matrix<double, dim, 1> chi = x.segment<dim>(tie.particle);
+  for (const auto &[node, P] : tie.row)
+    chi -= P.template topLeftCorner<dim, dim>() * x.segment<dim>(node);
+  for (int a = 0; a < tie.n && tie.row.empty(); ++a)
+    chi -= tie.N[a] * x.segment<dim>(tie.node[a]);
+  return chi;
+}
+
+/// force += coefficient gap, and its transpose at the nodes, of all ties.
+template <int dim>
+void CoupledOperator::pull(const std::vector<double> &coefficients, const Eigen::VectorXd &x, Eigen::VectorXd &force) const
+{
+  for (std::size_t k = 0; k < ties.size(); ++k)
+  {
+    if (coefficients[k] == 0.)
+      continue;
+    const Tie &tie = ties[k];
+    const Eigen::Matrix<double, dim, 1> value = coefficients[k] * gap<dim>(tie, x);
+    force.segment<dim>(tie.particle) += value;
+    for (const auto &[node, P] : tie.row)
+      force.segment<dim>(node) -= P.template topLeftCorner<dim, dim>().transpose() * value;
+    for (int a = 0; a < tie.n && tie.row.empty(); ++a)
+      force.segment<dim>(tie.node[a]) -= tie.N[a] * value;
+  }
+}
+
+void CoupledOperator::remove_masses_of_held(const std::vector<TiedParticle> &tied)
+{
+  for (const TiedParticle &particle : tied)
+    for (int axis = 0; axis < dim; ++axis)
+      if (particle.blocked[axis])
+      {
+        const auto place = std::lower_bound(particles.begin(), particles.end(), particle.index);
+        if (place != particles.end() && *place == particle.index)
+          inverse_root_mass[first_particle_dof + network->per_particle() * (place - particles.begin()) + axis] = 0.;
+      }
+}
+
+void CoupledOperator::build_multipliers()
+{
+  std::unordered_map<int, int> place;
+  for (const Tie &tie : ties)
+    for (int a = 0; a < 8; ++a)
+    {
+      if (a >= tie.n)
+      {
+        tie_multipliers.push_back(-1);
+        continue;
+      }
+      const auto entry = place.emplace(tie.node[a], static_cast<int>(multiplier_nodes.size()));
+      if (entry.second)
+        multiplier_nodes.push_back(tie.node[a]);
+      tie_multipliers.push_back(entry.first->second);
+    }
+  if (ties.empty())
+    return;
+  std::vector<MultiplierEquations::Row> rows(ties.size());
+  Eigen::Matrix3Xd inverse_mass = Eigen::Matrix3Xd::Zero(3, multiplier_nodes.size());
+  for (std::size_t k = 0; k < ties.size(); ++k)
+  {
+    rows[k] = {ties[k].measure, {}, ties[k].n, &tie_multipliers[8 * k], ties[k].N.data()};
+    for (int axis = 0; axis < dim; ++axis)
+      rows[k].inverse_mass[axis] = std::pow(inverse_root_mass[ties[k].particle + axis], 2);
+  }
+  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+    for (int axis = 0; axis < dim; ++axis)
+      inverse_mass(axis, m) = std::pow(inverse_root_mass[multiplier_nodes[m] + axis], 2);
+  equations = std::make_unique<MultiplierEquations>(dim, rows, inverse_mass);
+}
+
+/// dt^2 k + 2 dt c of a tie between a particle and its interpolated point [kg].
+double CoupledOperator::tie_coefficient(const Tie &tie, double dt) const
+{
+  switch (settings.constraint)
+  {
+  case ConstraintMethod::multipliers:
+    return 2. * settings.fluctuation_relaxation * fluctuation_share(tie.weight, tie.share) * tie.mass +
+           dt * dt * holding_spring(multiplier_settings(settings, dt), tie.weight, tie.share, tie.mass);
+  case ConstraintMethod::multipliers_diagonal:
+    return 0.; // never lowers the limit
+  default:
+    const PenaltyConstraint::Settings penalty = penalty_settings(settings, dt);
+    return dt * dt * penalty_stiffness(penalty, tie.share, tie.mu) + 2. * dt * penalty_viscosity(penalty, tie.share, tie.mu);
+  }
+}
+
+/// force += K x of both sides.
+void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force) const
+{
+  Eigen::VectorXd local, cell_force;
+  for (const Cell &cell : cells)
+  {
+    const int n = static_cast<int>(cell.dof.size());
+    local.resize(dim * n);
+    for (int a = 0; a < n; ++a)
+      local.segment(dim * a, dim) = x.segment(cell.dof[a], dim);
+    cell_force.noalias() = cell.K * local;
+    for (int a = 0; a < n; ++a)
+      force.segment(cell.dof[a], dim) += cell_force.segment(dim * a, dim);
+  }
+  network->add_product(x.tail(network->n_dofs()), force.tail(network->n_dofs()));
+}
+
+/// y is the motion times the root of the mass, so that the operator is symmetric. It obeys the multipliers already.
+void CoupledOperator::apply(double dt, const std::vector<double> &coefficients, const Eigen::VectorXd &y,
+                            Eigen::VectorXd &result) const
+{
+  const Eigen::VectorXd x = inverse_root_mass.cwiseProduct(y);
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs());
+  add_sides(x, force);
+  force *= dt * dt;
+  dim == 2 ? pull<2>(coefficients, x, force) : pull<3>(coefficients, x, force);
+  result = inverse_root_mass.cwiseProduct(force);
+  project(result);
+}
+
+/// Removes from y what the multipliers forbid.
+void CoupledOperator::project(Eigen::VectorXd &y) const
+{
+  if (!equations)
+    return;
+  using Few = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
+  const auto roots = [&](int dof) { return inverse_root_mass.segment(dof, dim); };
+  const auto motion = [&](int dof) { return roots(dof).cwiseProduct(y.segment(dof, dim)); };
+  Eigen::MatrixXd at_nodes(dim, multiplier_nodes.size()), gap;
+  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+    at_nodes.col(m) = motion(multiplier_nodes[m]);
+  equations->multiply(-at_nodes, gap);
+  for (std::size_t k = 0; k < ties.size(); ++k)
+  {
+    const Few moved = ties[k].measure * motion(ties[k].particle);
+    for (int a = 0; a < ties[k].n; ++a)
+      gap.col(tie_multipliers[8 * k + a]) += ties[k].N[a] * moved;
+  }
+  equations->solve(gap);
+  const Eigen::MatrixXd &lambda = gap;
+  for (std::size_t k = 0; k < ties.size(); ++k)
+  {
+    Few force = Few::Zero(dim);
+    for (int a = 0; a < ties[k].n; ++a)
+      force += ties[k].measure * ties[k].N[a] * lambda.col(tie_multipliers[8 * k + a]);
+    y.segment(ties[k].particle, dim) -= roots(ties[k].particle).cwiseProduct(force);
+  }
+  Eigen::MatrixXd &pull = at_nodes;
+  equations->multiply(lambda, pull);
+  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+    y.segment(multiplier_nodes[m], dim) += roots(multiplier_nodes[m]).cwiseProduct(pull.col(m));
+}
+
+Eigen::VectorXd CoupledOperator::start() const
+{
+  Eigen::VectorXd y = mode;
+  if (y.size() != n_dofs())
+  {
+    y.resize(n_dofs());
+    for (int i = 0; i < n_dofs(); ++i)
+      y[i] = inverse_root_mass[i] > 0. ? scattered(i) : 0.;
+  }
+  project(y);
+  return y;
+}
+
+double CoupledOperator::highest(double dt, double tolerance, int max_products)
+{
+  if (n_dofs() == 0)
+    return 0.;
+  std::vector<double> coefficients;
+  for (const Tie &tie : ties)
+    coefficients.push_back(tie_coefficient(tie, dt));
+  const HighestMode found = highest_mode([&](const Eigen::VectorXd &x, Eigen::VectorXd &y) { apply(dt, coefficients, x, y); },
+                                         start(), tolerance, max_products);
+  mode = found.vector;
+  return found.value;
+}
+
+CoupledOperator::Quotient CoupledOperator::quotient(const Eigen::VectorXd &y, double dt) const
+{
+  Quotient result;
+  const Eigen::VectorXd x = inverse_root_mass.cwiseProduct(y);
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs());
+  add_sides(x, force);
+  result.square = x.dot(force) / y.squaredNorm();
+  for (const Tie &tie : ties)
+  {
+    const double squared_gap = dim == 2 ? gap<2>(tie, x).squaredNorm() : gap<3>(tie, x).squaredNorm();
+    double value[3];
+    // Three steps give the three coefficients, exactly, because every term is one of the powers.
+    for (int s = 0; s < 3; ++s)
+      value[s] = tie_coefficient(tie, dt * std::pow(2., s - 1)) * squared_gap / y.squaredNorm();
+    const double square = (value[2] - 3. * value[1] + 2. * value[0]) / 1.5;
+    const double linear = 2. * (value[1] - value[0]) - 1.5 * square;
+    result.square += square / (dt * dt);
+    result.linear += linear / dt;
+    result.constant += value[1] - square - linear;
+  }
+  return result;
+}
+
+double CoupledOperator::Quotient::step_at(double lambda) const
+{
+  const double left = lambda - constant;
+  if (left <= 0. || square <= 0.)
+    return 0.;
+  return (std::sqrt(linear * linear + 4. * square * left) - linear) / (2. * square);
+}
+
+double CoupledOperator::stable_step(double guess)
+{
+  double dt = guess;
+  for (int iteration = 0; iteration < 6; ++iteration)
+  {
+    highest(dt, 1e-3, 400);
+    const double next = quotient(mode, dt).step_at(4.);
+    const bool settled = std::abs(next - dt) < 1e-3 * dt;
+    dt = next;
+    if (settled || dt == 0.)
+      break;
+  }
+  return dt;
+}
+
+void CoupledOperator::take_mode(const CoupledOperator &before)
+{
+  if (before.mode.size() != before.n_dofs())
+    return;
+  mode.resize(n_dofs());
+  for (int i = 0; i < n_dofs(); ++i)
+    mode[i] = inverse_root_mass[i] > 0. ? 0.01 / std::sqrt(n_dofs()) * scattered(i) : 0.;
+  for (std::size_t p = 0; p < before.nodes.size(); ++p)
+    if (const auto found = node_place.find(before.nodes[p]); found != node_place.end())
+      mode.segment(dim * found->second, dim) += before.mode.segment(dim * p, dim);
+  const int dofs = network->per_particle();
+  for (std::size_t p = 0; p < before.particles.size(); ++p)
+  {
+    const auto place = std::lower_bound(particles.begin(), particles.end(), before.particles[p]);
+    if (place != particles.end() && *place == before.particles[p])
+      mode.segment(first_particle_dof + dofs * (place - particles.begin()), dofs) +=
+        before.mode.segment(before.first_particle_dof + dofs * p, dofs);
+  }
+}
+} // namespace kerf

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "dem_side/packing/stored_bonds.h"
+
+#include <Eigen/Core>
+
+namespace kerf::dem
+{
+/// The linear network of the bonds among some particles of a store, matrix-free. Degrees of freedom of the p-th particle:
+/// translations [m] and rotations [rad] from per_particle() * p on.
+class NetworkOperator
+{
+public:
+  struct Material
+  {
+    double k_n = 0., k_t = 0.; ///< of a bond [N/m]
+    double density = 0.;       ///< of the particles [kg/m^3]
+  };
+
+  /// @param particles indices in the packing, ascending. @param active by index: who is there; bonds to others do not count.
+  /// @param weight by index; see bond_weight().
+  NetworkOperator(const Packing &packing, const StoredBonds &stored_bonds, const Material &material,
+                  const std::vector<int> &particles, const std::vector<char> &active, const Eigen::VectorXd &weight);
+
+  int per_particle() const { return dim == 2 ? 3 : 6; }
+  int n_dofs() const { return static_cast<int>(inertia.size()); }
+  /// Weighted mass [kg], then moment of inertia [kg m^2] of each particle as DemSide::set_weights() makes them.
+  const Eigen::VectorXd &masses() const { return inertia; }
+  /// y += K x, forces [N] and torques [N m] that the displacements and rotations need.
+  void add_product(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const;
+  /// The same for particles that follow a homogeneous strain without turning, across periodic axes, too.
+  void add_homogeneous(const Eigen::Matrix3d &strain, Eigen::Ref<Eigen::VectorXd> y) const;
+  /// Of K.
+  Eigen::VectorXd diagonal() const;
+
+private:
+  struct Bond
+  {
+    int first, second;        ///< places of their first degree of freedom
+    Eigen::Vector3d normal;   ///< from the first to the second
+    double lever, reach;      ///< from the first, from the second centre to the contact point [m]
+    double normal_k, shear_k; ///< weighted stiffness [N/m]
+    double rolling_k;         ///< of turning apart, see bond_rolling() [N m]
+  };
+  template <int dim>
+  void add_homogeneous_in(const Eigen::Matrix3d &strain, Eigen::Ref<Eigen::VectorXd> y) const;
+  template <int dim>
+  Eigen::VectorXd diagonal_in() const;
+  template <int dim>
+  void add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const;
+
+  int dim;
+  std::vector<Bond> bonds;
+  Eigen::VectorXd inertia;
+};
+} // namespace kerf::dem

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "dem_side/geometry/closed_surface.h"
+#include "dem_side/packing/packing.h"
+
+#include <memory>
+
+namespace kerf::dem
+{
+/// What a packing fills: a box with flat sides or the inside of a closed surface.
+class Container
+{
+public:
+  /// @param reach distances to the walls are known up to this [m]; more than a particle's largest radius
+  Container(const PackingSettings &settings, double reach);
+
+  int dim() const { return m_dim; }
+  bool is_box() const { return !m_surface; }
+  const Eigen::Vector3d &lower() const { return m_lower; } ///< bounding box [m]
+  const Eigen::Vector3d &upper() const { return m_upper; }
+  bool is_periodic(int axis) const { return m_periodic[axis]; } ///< no walls across this axis
+  double volume() const;                                        ///< [m^3] (2D: [m^2])
+  double area() const;                                          ///< of the walls [m^2] (2D: [m])
+  bool contains(const Eigen::Vector3d &x) const;
+
+  /// A wall close to a particle.
+  struct Wall
+  {
+    double distance;        ///< of the particle's centre [m], negative outside
+    Eigen::Vector3d inward; ///< unit vector
+  };
+  /// Walls closer to @p x than @p within [m] (at most the reach), the nearest first. Of neighbouring facets of a curved wall
+  /// only the nearest counts: two walls make a corner of more than 25 degrees.
+  const std::vector<Wall> &walls(const Eigen::Vector3d &x, double within) const;
+
+private:
+  int m_dim;
+  Eigen::Vector3d m_lower, m_upper;
+  std::array<bool, 3> m_periodic;
+  std::unique_ptr<ClosedSurface> m_surface;
+  mutable std::vector<Wall> m_walls;
+};
+} // namespace kerf::dem

@@ -1,0 +1,422 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "dem_side/geometry/closed_surface.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+namespace kerf::dem
+{
+namespace
+{
+using Eigen::Vector3d;
+
+constexpr double pi = 3.14159265358979323846;
+
+[[noreturn]] void fail(const std::string &what)
+{
+  throw std::runtime_error("closed surface: " + what);
+}
+
+/// Features of a facet: 0 its inside, 1 to 3 the edge from corner k to k + 1, 4 to 6 corner k.
+Vector3d closest_on_segment(const Vector3d &a, const Vector3d &b, const Vector3d &x, int corner_a, int corner_b, int inside,
+                            int &feature)
+{
+  const Vector3d along = b - a;
+  const double s = along.dot(x - a) / along.squaredNorm();
+  feature = s <= 0. ? corner_a : s >= 1. ? corner_b : inside;
+  return a + std::clamp(s, 0., 1.) * along;
+}
+
+Vector3d closest_on_triangle(const std::array<Vector3d, 3> &p, const Vector3d &normal, const Vector3d &x, int &feature)
+{
+  bool is_inside = normal.squaredNorm() > 0.5; // a needle without area has edges only
+  for (int k = 0; k < 3 && is_inside; ++k)
+    is_inside = normal.cross(p[(k + 1) % 3] - p[k]).dot(x - p[k]) >= 0.;
+  if (is_inside)
+  {
+    feature = 0;
+    return x - normal * normal.dot(x - p[0]);
+  }
+  Vector3d best;
+  double best_square = 1e300;
+  for (int k = 0; k < 3; ++k)
+  {
+    int found = 0;
+    const Vector3d on_edge = closest_on_segment(p[k], p[(k + 1) % 3], x, 4 + k, 4 + (k + 1) % 3, 1 + k, found);
+    if (const double square = (x - on_edge).squaredNorm(); square < best_square)
+    {
+      best_square = square;
+      best = on_edge;
+      feature = found;
+    }
+  }
+  return best;
+}
+} // namespace
+
+ClosedSurface::ClosedSurface(int dim, const SurfaceMesh &mesh, double reach) : m_dim(dim), m_reach(reach)
+{
+  if (dim != 2 && dim != 3)
+    fail("must be 2D or 3D");
+  if (!(reach > 0.))
+    fail("the reach must be positive");
+  if (mesh.facets.empty())
+    fail("has no facets");
+  merge_points(mesh);
+  find_neighbours();
+  sort_into_cells();
+  turn_outwards();
+  compute_normals();
+}
+
+void ClosedSurface::merge_points(const SurfaceMesh &mesh)
+{
+  if (!mesh.points.allFinite())
+    fail("has a point that is not a number");
+  m_lower = mesh.points.rowwise().minCoeff();
+  m_upper = mesh.points.rowwise().maxCoeff();
+  // Files hold single precision numbers, so corners that are meant to be equal may differ by round-off of those.
+  const double size = (m_upper - m_lower).maxCoeff(), tolerance = 1e-6 * size;
+  if (!(size > 0.))
+    fail("has no extent");
+  std::map<std::array<long, 3>, std::vector<int>> buckets;
+  std::vector<int> number(mesh.points.cols());
+  for (int i = 0; i < mesh.points.cols(); ++i)
+  {
+    const Vector3d x = mesh.points.col(i);
+    std::array<long, 3> home;
+    for (int c = 0; c < 3; ++c)
+      home[c] = std::lround((x[c] - m_lower[c]) / (4. * tolerance));
+    number[i] = -1;
+    for (int k = 0; k < 27 && number[i] < 0; ++k)
+    {
+      const auto found = buckets.find({home[0] + k % 3 - 1, home[1] + k / 3 % 3 - 1, home[2] + k / 9 - 1});
+      if (found != buckets.end())
+        for (const int candidate : found->second)
+          if ((m_points[candidate] - x).norm() <= tolerance)
+            number[i] = candidate;
+    }
+    if (number[i] < 0)
+    {
+      number[i] = static_cast<int>(m_points.size());
+      m_points.push_back(x);
+      buckets[home].push_back(number[i]);
+    }
+  }
+  for (const auto &facet : mesh.facets)
+  {
+    Facet merged = {-1, -1, -1};
+    for (int k = 0; k < m_dim; ++k)
+    {
+      if (facet[k] < 0 || facet[k] >= mesh.points.cols())
+        fail("a facet names point " + std::to_string(facet[k]) + " of " + std::to_string(mesh.points.cols()));
+      merged[k] = number[facet[k]];
+    }
+    bool is_degenerate = merged[0] == merged[1];
+    if (m_dim == 3)
+      is_degenerate = is_degenerate || merged[1] == merged[2] || merged[2] == merged[0];
+    if (!is_degenerate)
+      m_facets.push_back(merged);
+  }
+  if (m_facets.empty())
+    fail("has no facets with an extent");
+}
+
+void ClosedSurface::find_neighbours()
+{
+  // Key: the edge in 3D, the point in 2D.
+  std::map<std::array<int, 2>, std::vector<std::array<int, 2>>> sides;
+  for (int f = 0; f < n_facets(); ++f)
+    for (int k = 0; k < m_dim; ++k)
+    {
+      const int a = m_facets[f][k], b = m_dim == 3 ? m_facets[f][(k + 1) % 3] : a;
+      sides[{std::min(a, b), std::max(a, b)}].push_back({f, k});
+    }
+  int open = 0, crowded = 0;
+  Vector3d where_open = Vector3d::Zero(), where_crowded = Vector3d::Zero();
+  m_neighbours.assign(n_facets(), {-1, -1, -1});
+  for (const auto &[key, facets] : sides)
+  {
+    if (facets.size() == 2)
+    {
+      m_neighbours[facets[0][0]][facets[0][1]] = facets[1][0];
+      m_neighbours[facets[1][0]][facets[1][1]] = facets[0][0];
+      continue;
+    }
+    const Vector3d middle = (m_points[key[0]] + m_points[key[1]]) / 2.;
+    if (facets.size() < 2 && ++open == 1)
+      where_open = middle;
+    if (facets.size() > 2 && ++crowded == 1)
+      where_crowded = middle;
+  }
+  if (open == 0 && crowded == 0)
+    return;
+  std::ostringstream text;
+  const Vector3d &where = open > 0 ? where_open : where_crowded;
+  const char *side = m_dim == 3 ? " edges" : " points";
+  if (open > 0)
+    text << "is not closed, " << open << side << " belong to one facet only, the first";
+  else
+    text << "touches itself, " << crowded << side << " belong to more than two facets, the first";
+  text << " at " << where[0] << " " << where[1] << " " << where[2] << " m";
+  fail(text.str());
+}
+
+void ClosedSurface::turn_outwards()
+{
+  // Alike within each connected part, then against the inside: on the inner side of a facet the ray test says inside.
+  std::vector<char> done(n_facets(), 0);
+  std::vector<int> part;
+  for (int seed = 0; seed < n_facets(); ++seed)
+  {
+    if (done[seed])
+      continue;
+    part = {seed};
+    done[seed] = 1;
+    for (std::size_t p = 0; p < part.size(); ++p)
+      for (int k = 0; k < m_dim; ++k)
+      {
+        const int other = m_neighbours[part[p]][k];
+        const Facet &facet = m_facets[part[p]];
+        Facet &next = m_facets[other];
+        if (done[other])
+          continue;
+        done[other] = 1;
+        part.push_back(other);
+        bool same_way = false; // neighbours that are turned alike run along their common edge in opposite directions
+        if (m_dim == 2)
+          same_way = next[k] == facet[k];
+        else
+          for (int l = 0; l < 3; ++l)
+            same_way = same_way || (next[l] == facet[k] && next[(l + 1) % 3] == facet[(k + 1) % 3]);
+        if (same_way)
+        {
+          std::swap(next[0], next[1]);
+          auto &sides = m_neighbours[other];
+          if (m_dim == 2)
+            std::swap(sides[0], sides[1]);
+          else
+            std::swap(sides[1], sides[2]); // edges 01, 12, 20 become 10, 02, 21
+        }
+      }
+    // The largest facet of the part, for the safest step inwards.
+    double largest = -1.;
+    Vector3d middle = Vector3d::Zero(), normal = Vector3d::Zero();
+    for (const int f : part)
+    {
+      const Facet &facet = m_facets[f];
+      const Vector3d a = m_points[facet[0]], b = m_points[facet[1]];
+      Vector3d outward = m_dim == 2 ? Vector3d(b[1] - a[1], a[0] - b[0], 0.) : Vector3d((b - a).cross(m_points[facet[2]] - a));
+      if (outward.norm() > largest)
+      {
+        largest = outward.norm();
+        normal = outward.normalized();
+        middle = m_dim == 2 ? Vector3d((a + b) / 2.) : Vector3d((a + b + m_points[facet[2]]) / 3.);
+      }
+    }
+    const double step = 1e-5 * (m_upper - m_lower).maxCoeff();
+    if (contains(middle + step * normal))
+      for (const int f : part)
+      {
+        std::swap(m_facets[f][0], m_facets[f][1]);
+        auto &sides = m_neighbours[f];
+        m_dim == 2 ? std::swap(sides[0], sides[1]) : std::swap(sides[1], sides[2]);
+      }
+  }
+}
+
+void ClosedSurface::compute_normals()
+{
+  m_normals.resize(n_facets());
+  std::vector<Vector3d> at_point(m_points.size(), Vector3d::Zero());
+  for (int f = 0; f < n_facets(); ++f)
+  {
+    const Facet &facet = m_facets[f];
+    const Vector3d a = m_points[facet[0]], b = m_points[facet[1]];
+    const Vector3d outward =
+      m_dim == 2 ? Vector3d(b[1] - a[1], a[0] - b[0], 0.) : Vector3d(0.5 * (b - a).cross(m_points[facet[2]] - a));
+    const double size = outward.norm();
+    m_area += size;
+    m_volume += (a - m_lower).dot(outward) / m_dim;
+    // A needle without area gets no say; its neighbours know the direction.
+    m_normals[f] = size > 0. ? Vector3d(outward / size) : Vector3d(Vector3d::Zero());
+    for (int k = 0; k < m_dim; ++k)
+    {
+      double angle = 1.;
+      if (m_dim == 3)
+      {
+        const Vector3d u = (m_points[facet[(k + 1) % 3]] - m_points[facet[k]]).normalized();
+        const Vector3d v = (m_points[facet[(k + 2) % 3]] - m_points[facet[k]]).normalized();
+        angle = std::acos(std::clamp(u.dot(v), -1., 1.));
+      }
+      at_point[facet[k]] += angle * m_normals[f];
+    }
+  }
+  // Angle-weighted normals decide the side at edges and corners (Baerentzen & Aanaes 2005).
+  m_pseudo_normals.resize(n_facets());
+  for (int f = 0; f < n_facets(); ++f)
+  {
+    m_pseudo_normals[f].fill(m_normals[f]);
+    for (int k = 0; k < m_dim; ++k)
+    {
+      if (m_dim == 3)
+        m_pseudo_normals[f][1 + k] = m_normals[f] + m_normals[m_neighbours[f][k]];
+      m_pseudo_normals[f][4 + k] = at_point[m_facets[f][k]];
+    }
+  }
+  if (!(m_volume > 0.))
+    fail("encloses no volume");
+}
+
+std::array<int, 3> ClosedSurface::cell_at(const Vector3d &x) const
+{
+  std::array<int, 3> cell;
+  for (int c = 0; c < 3; ++c)
+    cell[c] = std::clamp(static_cast<int>(std::floor((x[c] - m_grid_lower[c]) / m_cell_size)), 0, m_cells[c] - 1);
+  return cell;
+}
+
+void ClosedSurface::sort_into_cells()
+{
+  // About as large as the reach, but never so many cells that they cost memory.
+  const Vector3d extent = m_upper - m_lower;
+  m_cell_size = std::max(m_reach, extent.maxCoeff() / (m_dim == 2 ? 1000. : 150.));
+  m_grid_lower = m_lower - Vector3d::Constant(m_cell_size);
+  for (int c = 0; c < m_dim; ++c)
+    m_cells[c] = static_cast<int>(extent[c] / m_cell_size) + 3;
+  const int n = m_cells[0] * m_cells[1] * m_cells[2];
+  std::vector<std::vector<int>> near(n);
+  m_columns.resize(std::size_t(m_cells[1]) * m_cells[2]);
+  const double half_diagonal = 0.5 * std::sqrt(double(m_dim)) * m_cell_size;
+  for (int f = 0; f < n_facets(); ++f)
+  {
+    Vector3d low = m_points[m_facets[f][0]], high = low;
+    for (int k = 1; k < m_dim; ++k)
+    {
+      low = low.cwiseMin(m_points[m_facets[f][k]]);
+      high = high.cwiseMax(m_points[m_facets[f][k]]);
+    }
+    const Vector3d middle = (low + high) / 2.;
+    double radius = 0.;
+    for (int k = 0; k < m_dim; ++k)
+      radius = std::max(radius, (m_points[m_facets[f][k]] - middle).norm());
+    m_balls.emplace_back(middle[0], middle[1], middle[2], radius);
+    const double slack = 1e-3 * m_cell_size;
+    const auto column_low = cell_at(low.array() - slack), column_high = cell_at(high.array() + slack);
+    for (int z = column_low[2]; z <= column_high[2]; ++z)
+      for (int y = column_low[1]; y <= column_high[1]; ++y)
+        m_columns[std::size_t(z) * m_cells[1] + y].push_back(f);
+
+    const auto first = cell_at(low.array() - m_reach), last = cell_at(high.array() + m_reach);
+    std::array<Vector3d, 3> corners;
+    for (int k = 0; k < 3; ++k)
+      corners[k] = m_points[m_facets[f][std::min(k, m_dim - 1)]];
+    const Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+    for (int z = first[2]; z <= last[2]; ++z)
+      for (int y = first[1]; y <= last[1]; ++y)
+        for (int x = first[0]; x <= last[0]; ++x)
+        {
+          Vector3d centre = m_grid_lower + m_cell_size * Vector3d(x + 0.5, y + 0.5, z + 0.5);
+          int feature = 0;
+          if (m_dim == 2)
+            centre[2] = corners[0][2];
+          const Vector3d closest = m_dim == 2 ? closest_on_segment(corners[0], corners[1], centre, 4, 5, 0, feature)
+                                              : closest_on_triangle(corners, normal, centre, feature);
+          if ((closest - centre).norm() <= m_reach + half_diagonal)
+            near[index({x, y, z})].push_back(f);
+        }
+  }
+  m_first_near.assign(n + 1, 0);
+  for (int c = 0; c < n; ++c)
+  {
+    m_first_near[c + 1] = m_first_near[c] + static_cast<int>(near[c].size());
+    m_near.insert(m_near.end(), near[c].begin(), near[c].end());
+  }
+}
+
+Vector3d ClosedSurface::closest_point(const Facet &facet, const Vector3d &x, int &feature) const
+{
+  const Vector3d &a = m_points[facet[0]], &b = m_points[facet[1]];
+  if (m_dim == 2)
+    return closest_on_segment(a, b, x, 4, 5, 0, feature);
+  const Vector3d &c = m_points[facet[2]];
+  return closest_on_triangle({a, b, c}, m_normals[&facet - m_facets.data()], x, feature);
+}
+
+const std::vector<ClosedSurface::Foot> &ClosedSurface::feet(const Vector3d &x, double within) const
+{
+  m_feet.clear();
+  for (int c = 0; c < m_dim; ++c) // beyond the grid only the sign could matter, and nothing goes there
+    if (x[c] < m_grid_lower[c] || x[c] > m_grid_lower[c] + m_cells[c] * m_cell_size)
+      return m_feet;
+  const int cell = index(cell_at(x));
+  for (int k = m_first_near[cell]; k < m_first_near[cell + 1]; ++k)
+  {
+    const int f = m_near[k];
+    const double sight = within + m_balls[f][3];
+    if ((m_balls[f].head<3>() - x).squaredNorm() > sight * sight)
+      continue;
+    int feature = 0;
+    const Vector3d foot = closest_point(m_facets[f], x, feature), arm = x - foot;
+    const double distance = arm.norm();
+    if (distance >= within)
+      continue;
+    const Vector3d &outward = m_pseudo_normals[f][feature];
+    const double side = outward.dot(arm) > 0. ? -1. : 1.;
+    Vector3d inward = distance > 1e-9 * m_reach ? Vector3d(side / distance * arm) : Vector3d(-outward.normalized());
+    m_feet.push_back({side * distance, inward});
+  }
+  std::sort(m_feet.begin(), m_feet.end(),
+            [](const Foot &a, const Foot &b) { return std::abs(a.distance) < std::abs(b.distance); });
+  // Facets that meet in an edge or corner give the same foot.
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < m_feet.size(); ++k)
+  {
+    bool is_new = true;
+    for (std::size_t l = 0; l < kept && is_new; ++l)
+      is_new = std::abs(m_feet[k].distance - m_feet[l].distance) > 1e-9 * m_reach ||
+               (m_feet[k].inward - m_feet[l].inward).squaredNorm() > 1e-12;
+    if (is_new)
+      m_feet[kept++] = m_feet[k];
+  }
+  m_feet.resize(kept);
+  return m_feet;
+}
+
+bool ClosedSurface::contains(const Vector3d &point) const
+{
+  // Moved a little, so that a ray along a grid line of the mesh does not run through its edges.
+  const double nudge = 1e-7 * (m_upper - m_lower).maxCoeff();
+  Vector3d x = point + nudge * Vector3d(0., 0.7312, m_dim == 3 ? 0.4177 : 0.);
+  for (int c = 0; c < m_dim; ++c)
+    if (x[c] < m_lower[c] || x[c] > m_upper[c])
+      return false;
+  const auto cell = cell_at(x);
+  bool is_inside = false;
+  for (const int f : m_columns[std::size_t(cell[2]) * m_cells[1] + cell[1]])
+  {
+    const Facet &facet = m_facets[f];
+    const Vector3d &a = m_points[facet[0]], &b = m_points[facet[1]];
+    if (m_dim == 2)
+    {
+      if ((a[1] > x[1]) != (b[1] > x[1]) && x[0] < a[0] + (x[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
+        is_inside = !is_inside;
+      continue;
+    }
+    // Inside the shadow of the triangle along x, and the triangle ahead.
+    const Vector3d &c = m_points[facet[2]];
+    const auto turn = [&x](const Vector3d &p, const Vector3d &q)
+    { return (p[1] - x[1]) * (q[2] - x[2]) - (p[2] - x[2]) * (q[1] - x[1]); };
+    const double u = turn(b, c), v = turn(c, a), w = turn(a, b);
+    if (!((u > 0. && v > 0. && w > 0.) || (u < 0. && v < 0. && w < 0.)))
+      continue;
+    if ((u * a[0] + v * b[0] + w * c[0]) / (u + v + w) > x[0])
+      is_inside = !is_inside;
+  }
+  return is_inside;
+}
+} // namespace kerf::dem

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "dem_side/packing/hdf5_file.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <hdf5.h>
+#include <stdexcept>
+
+namespace kerf
+{
+namespace
+{
+static_assert(sizeof(hid_t) == sizeof(std::int64_t), "HDF5 1.10 or newer is needed");
+
+/// HDF5 prints its own error stack; ours is one line.
+class Quiet
+{
+public:
+  Quiet()
+  {
+    H5Eget_auto2(H5E_DEFAULT, &m_function, &m_data);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~Quiet() { H5Eset_auto2(H5E_DEFAULT, m_function, m_data); }
+
+private:
+  H5E_auto2_t m_function = nullptr;
+  void *m_data = nullptr;
+};
+
+/// Any HDF5 identifier except a file's.
+class Handle
+{
+public:
+  explicit Handle(hid_t id) : m_id(id) {}
+  ~Handle()
+  {
+    if (m_id < 0)
+      return;
+    const Quiet quiet;
+    switch (H5Iget_type(m_id))
+    {
+    case H5I_DATASET:
+      H5Dclose(m_id);
+      break;
+    case H5I_DATASPACE:
+      H5Sclose(m_id);
+      break;
+    case H5I_DATATYPE:
+      H5Tclose(m_id);
+      break;
+    case H5I_ATTR:
+      H5Aclose(m_id);
+      break;
+    default:
+      H5Pclose(m_id);
+      break;
+    }
+  }
+  Handle(const Handle &) = delete;
+  Handle &operator=(const Handle &) = delete;
+  operator hid_t() const { return m_id; }
+  bool valid() const { return m_id >= 0; }
+
+private:
+  hid_t m_id;
+};
+
+hid_t text_type(bool variable, std::size_t size)
+{
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, variable ? H5T_VARIABLE : size);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  return type;
+}
+} // namespace
+
+Hdf5Writer::Hdf5Writer(const std::string &path) : m_path(path), m_temporary(path + ".tmp")
+{
+  const Quiet quiet;
+  m_file = H5Fcreate(m_temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  if (m_file < 0)
+    throw std::runtime_error(m_path + ": cannot be created");
+}
+
+Hdf5Writer::~Hdf5Writer()
+{
+  if (m_file < 0)
+    return;
+  const Quiet quiet;
+  H5Fclose(m_file);
+  std::remove(m_temporary.c_str());
+}
+
+void Hdf5Writer::close()
+{
+  if (m_file < 0)
+    return;
+  const Quiet quiet;
+  const bool flushed = H5Fflush(m_file, H5F_SCOPE_LOCAL) >= 0;
+  const bool closed = H5Fclose(m_file) >= 0;
+  m_file = -1;
+  if (!flushed || !closed || std::rename(m_temporary.c_str(), m_path.c_str()) != 0)
+  {
+    std::remove(m_temporary.c_str());
+    throw std::runtime_error(m_path + ": cannot be written");
+  }
+}
+
+void Hdf5Writer::put_attribute(const std::string &name, std::int64_t type, std::int64_t space, const void *value)
+{
+  const Handle attribute(H5Acreate2(m_file, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT));
+  if (!attribute.valid() || H5Awrite(attribute, type, value) < 0)
+    throw std::runtime_error(m_path + ": attribute '" + name + "' cannot be written");
+}
+
+void Hdf5Writer::attribute(const std::string &name, double value)
+{
+  const Quiet quiet;
+  put_attribute(name, H5T_NATIVE_DOUBLE, Handle(H5Screate(H5S_SCALAR)), &value);
+}
+
+void Hdf5Writer::attribute(const std::string &name, std::int64_t value)
+{
+  const Quiet quiet;
+  put_attribute(name, H5T_NATIVE_INT64, Handle(H5Screate(H5S_SCALAR)), &value);
+}
+
+void Hdf5Writer::attribute(const std::string &name, const std::string &value)
+{
+  const Quiet quiet;
+  const Handle type(text_type(true, 0)); // of variable length, which scripts get as text and not as bytes
+  const char *start = value.c_str();
+  put_attribute(name, type, Handle(H5Screate(H5S_SCALAR)), &start);
+}
+
+void Hdf5Writer::attribute(const std::string &name, const std::vector<double> &values)
+{
+  const Quiet quiet;
+  const hsize_t size = values.size();
+  put_attribute(name, H5T_NATIVE_DOUBLE, Handle(H5Screate_simple(1, &size, nullptr)), values.data());
+}
+
+void Hdf5Writer::put_table(const std::string &name, std::int64_t type, const void *values, std::size_t rows,
+                           std::size_t columns)
+{
+  const Quiet quiet;
+  const hsize_t size[2] = {rows, columns};
+  const Handle space(H5Screate_simple(columns == 1 ? 1 : 2, size, nullptr));
+  const Handle creation(H5Pcreate(H5P_LINK_CREATE));
+  H5Pset_create_intermediate_group(creation, 1);
+  const Handle table(H5Dcreate2(m_file, name.c_str(), type, space, creation, H5P_DEFAULT, H5P_DEFAULT));
+  const bool written =
+    table.valid() && (rows * columns == 0 || H5Dwrite(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
+  if (!written)
+    throw std::runtime_error(m_path + ": data set '" + name + "' cannot be written");
+}
+
+void Hdf5Writer::table(const std::string &name, const double *values, std::size_t rows, std::size_t columns)
+{
+  put_table(name, H5T_NATIVE_DOUBLE, values, rows, columns);
+}
+
+void Hdf5Writer::table(const std::string &name, const int *values, std::size_t rows, std::size_t columns)
+{
+  put_table(name, H5T_NATIVE_INT, values, rows, columns);
+}
+
+Hdf5Reader::Hdf5Reader(const std::string &path) : m_path(path)
+{
+  const Quiet quiet;
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored))
+    fail("does not exist");
+  if (H5Fis_hdf5(path.c_str()) <= 0)
+    fail("is not an HDF5 file, or cannot be read");
+  m_file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (m_file < 0)
+    fail("cannot be opened, the HDF5 file is damaged or in use");
+}
+
+Hdf5Reader::~Hdf5Reader()
+{
+  if (m_file >= 0)
+    H5Fclose(m_file);
+}
+
+void Hdf5Reader::fail(const std::string &what) const
+{
+  throw std::runtime_error(m_path + ": " + what);
+}
+
+bool Hdf5Reader::has_attribute(const std::string &name) const
+{
+  const Quiet quiet;
+  return H5Aexists(m_file, name.c_str()) > 0;
+}
+
+std::vector<double> Hdf5Reader::numbers(const std::string &name) const
+{
+  const Quiet quiet;
+  const Handle attribute(H5Aopen(m_file, name.c_str(), H5P_DEFAULT));
+  if (!attribute.valid())
+    fail("attribute '" + name + "' is missing");
+  const Handle space(H5Aget_space(attribute));
+  std::vector<double> values(std::max<hssize_t>(H5Sget_simple_extent_npoints(space), 0));
+  if (!values.empty() && H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data()) < 0)
+    fail("attribute '" + name + "' is not numeric");
+  return values;
+}
+
+double Hdf5Reader::number(const std::string &name) const
+{
+  const std::vector<double> values = numbers(name);
+  if (values.size() != 1)
+    fail("attribute '" + name + "' is not a single number");
+  return values[0];
+}
+
+std::int64_t Hdf5Reader::integer(const std::string &name) const
+{
+  const double value = number(name); // exact for all counts that occur (below 2^53)
+  const bool in_range = value >= -0x1p53 && value <= 0x1p53;
+  if (!in_range || value != double(std::int64_t(value)))
+    fail("attribute '" + name + "' is not a whole number");
+  return std::int64_t(value);
+}
+
+std::string Hdf5Reader::text(const std::string &name) const
+{
+  const Quiet quiet;
+  const Handle attribute(H5Aopen(m_file, name.c_str(), H5P_DEFAULT));
+  if (!attribute.valid())
+    fail("attribute '" + name + "' is missing");
+  const Handle stored(H5Aget_type(attribute)), space(H5Aget_space(attribute));
+  if (H5Tget_class(stored) != H5T_STRING || H5Sget_simple_extent_npoints(space) != 1)
+    fail("attribute '" + name + "' is not a text");
+  if (H5Tis_variable_str(stored) > 0)
+  {
+    char *start = nullptr;
+    const Handle type(H5Tget_native_type(stored, H5T_DIR_ASCEND));
+    if (H5Aread(attribute, type, &start) < 0)
+      fail("attribute '" + name + "' cannot be read");
+    const std::string result = start ? start : "";
+    H5free_memory(start);
+    return result;
+  }
+  std::string result(H5Tget_size(stored), '\0');
+  if (H5Aread(attribute, stored, &result[0]) < 0)
+    fail("attribute '" + name + "' cannot be read");
+  return result.substr(0, result.find('\0'));
+}
+
+bool Hdf5Reader::has_table(const std::string &name) const
+{
+  const Quiet quiet;
+  return Handle(H5Dopen2(m_file, name.c_str(), H5P_DEFAULT)).valid();
+}
+
+template <class Number>
+std::vector<Number> Hdf5Reader::get_table(const std::string &name, std::int64_t type, std::size_t columns) const
+{
+  const Quiet quiet;
+  const Handle table(H5Dopen2(m_file, name.c_str(), H5P_DEFAULT));
+  if (!table.valid())
+    fail("data set '" + name + "' is missing");
+  const Handle space(H5Dget_space(table));
+  const int rank = H5Sget_simple_extent_ndims(space);
+  hsize_t size[2] = {0, 1};
+  const bool fits = (rank == 1 || rank == 2) && H5Sget_simple_extent_dims(space, size, nullptr) >= 0 && size[1] == columns;
+  if (!fits)
+    fail("data set '" + name + "' must have " + std::to_string(columns) + (columns == 1 ? " column" : " columns"));
+  std::vector<Number> values(size[0] * columns);
+  if (!values.empty() && H5Dread(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    fail("data set '" + name + "' cannot be read as numbers");
+  return values;
+}
+
+std::vector<double> Hdf5Reader::table(const std::string &name, std::size_t columns) const
+{
+  return get_table<double>(name, H5T_NATIVE_DOUBLE, columns);
+}
+
+std::vector<int> Hdf5Reader::integer_table(const std::string &name, std::size_t columns) const
+{
+  return get_table<int>(name, H5T_NATIVE_INT, columns);
+}
+} // namespace kerf

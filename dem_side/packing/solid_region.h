@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "dem_side/packing/packing.h"
+
+#include <utility>
+
+namespace kerf::dem
+{
+/// Corners of a box that the packing fills: its own box, or the largest square (3D: cube) of grid cells inside a packing of any
+/// other shape. [m]
+std::pair<Eigen::Vector3d, Eigen::Vector3d> filled_box(const Packing &packing);
+} // namespace kerf::dem

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "fem_side/boundary/external_loads.h"
+
+namespace kerf::fem
+{
+template <int dim>
+OuterLoads<dim>::OuterLoads(const Mesh &mesh, const Settings &settings, const Eigen::Matrix3d &first_piola)
+{
+  for (const BoundaryCondition &condition : settings.boundary_conditions)
+  {
+    const bool holds = condition.kind == BoundaryKind::in_situ || condition.kind == BoundaryKind::absorbing;
+    if (condition.kind != BoundaryKind::traction && !(holds && first_piola.norm() > 0.))
+      continue;
+    Load load;
+    load.faces = selected_faces(mesh, condition);
+    load.ramp = condition.ramp;
+    load.held_before_start = holds;
+    if (holds)
+      load.stress = first_piola.topLeftCorner<dim, dim>();
+    else
+      load.traction = condition.traction.head<dim>();
+    loads.push_back(load);
+  }
+  if (settings.gravity.norm() > 0.)
+  {
+    Load load;
+    load.traction = settings.gravity.head<dim>();
+    load.ramp = settings.gravity_ramp;
+    loads.push_back(load);
+  }
+}
+
+template <int dim>
+void OuterLoads<dim>::assemble(const NodalSpace<dim> &space, const Surface<dim> &surface, const NodalVector &mass)
+{
+  for (Load &load : loads)
+  {
+    load.forces.clear();
+    if (load.faces.empty())
+    {
+      for (int dof = 0; dof < space.n_owned_dofs(); ++dof)
+        if (mass.local_element(dof) > 0. && load.traction[dof % dim] != 0.)
+          load.forces.emplace_back(dof, mass.local_element(dof) * load.traction[dof % dim]);
+      continue;
+    }
+    NodalVector f(space.partitioner);
+    for (const SurfaceFace<dim> &face : surface.all_faces())
+      if (load.faces[face.number])
+        for (int p = 0; p < SurfaceFace<dim>::n; ++p)
+        {
+          const auto N = q1::shape_values<dim - 1>(q1::gauss_point<dim - 1>(p));
+          const q1::Point<dim> force = face.alpha * face.area[p] * (load.traction + load.stress * face.normal[p]);
+          for (int a = 0; a < SurfaceFace<dim>::n; ++a)
+            for (int c = 0; c < dim; ++c)
+              f.local_element(face.dofs[a] + c) += N[a] * force[c];
+        }
+    space.sum_up(f);
+    for (int dof = 0; dof < space.n_owned_dofs(); ++dof)
+      if (f.local_element(dof) != 0.)
+        load.forces.emplace_back(dof, f.local_element(dof));
+  }
+}
+
+template <int dim>
+void OuterLoads<dim>::add_forces(const double time, double *f) const
+{
+  for (const Load &load : loads)
+  {
+    const double factor = load.factor(time);
+    for (const auto &[dof, force] : load.forces)
+      f[dof] += factor * force;
+  }
+}
+
+template <int dim>
+double OuterLoads<dim>::power(const double time, const double *v) const
+{
+  double sum = 0.;
+  for (const Load &load : loads)
+  {
+    double part = 0.;
+    for (const auto &[dof, force] : load.forces)
+      part += v[dof] * force;
+    sum += load.factor(time) * part;
+  }
+  return sum;
+}
+
+template class OuterLoads<2>;
+template class OuterLoads<3>;
+} // namespace kerf::fem

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "fem_side/mesh/mesh_builder.h"
+
+#include "fem_side/element/q1_cell.h"
+#include "fem_side/mesh/graded_axis.h"
+
+#include <deal.II/grid/grid_generator.h>
+#include <deal.II/grid/grid_in.h>
+#include <deal.II/grid/grid_tools.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+
+namespace kerf::fem
+{
+namespace
+{
+template <int dim>
+void check_box(const MeshSettings &s)
+{
+  for (int d = 0; d < dim; ++d)
+    if (!(s.upper[d] > s.lower[d]))
+      throw std::runtime_error("mesh: the upper box corner must lie above the lower one in every direction");
+  if (!(s.cell_size > 0.))
+    throw std::runtime_error("mesh: the cell size must be positive");
+  if (!(s.growth >= 1.))
+    throw std::runtime_error("mesh: the growth of the cell size must be at least 1");
+  if (s.largest_cell_size != 0. && !(s.largest_cell_size >= s.cell_size))
+    throw std::runtime_error("mesh: the largest cell size must not be below the cell size");
+}
+
+template <int dim>
+void structured_box(const MeshSettings &s, dealii::Triangulation<dim> &triangulation)
+{
+  check_box<dim>(s);
+  std::array<std::vector<double>, dim> x;
+  std::vector<unsigned int> repetitions(dim);
+  dealii::Point<dim> upper;
+  for (int d = 0; d < dim; ++d)
+  {
+    x[d] = vertex_coordinates(
+      {s.lower[d], s.upper[d], s.cell_size, s.fine_lower[d], s.fine_upper[d], s.growth, s.largest_cell_size});
+    repetitions[d] = x[d].size() - 1;
+    upper[d] = repetitions[d];
+  }
+  // Built on the integers and moved: every vertex gets exactly its coordinate, the box corners exactly theirs.
+  dealii::GridGenerator::subdivided_hyper_rectangle(triangulation, repetitions, dealii::Point<dim>(), upper, true);
+  dealii::GridTools::transform(
+    [&x](const dealii::Point<dim> &index)
+    {
+      dealii::Point<dim> vertex;
+      for (int d = 0; d < dim; ++d)
+        vertex[d] = x[d][std::lround(index[d])];
+      return vertex;
+    },
+    triangulation);
+}
+
+/// Blocks around a square in the middle, refined as a whole, so cells may come out up to half as large as asked for.
+template <int dim>
+void disc(const MeshSettings &s, dealii::Triangulation<dim> &triangulation)
+{
+  check_box<dim>(s);
+  const Eigen::Vector3d extent = s.upper - s.lower, centre = 0.5 * (s.lower + s.upper);
+  if (std::abs(extent[0] - extent[1]) > 1e-9 * extent[0])
+    throw std::runtime_error("mesh: a disc needs a box of equal width and height");
+  if (s.fine_lower != s.fine_upper)
+    throw std::runtime_error("mesh: a disc has no fine zone");
+  dealii::Triangulation<2> ball, flat;
+  dealii::GridGenerator::hyper_ball_balanced(ball, {centre[0], centre[1]}, 0.5 * extent[0]);
+  while (dealii::GridTools::maximal_cell_diameter(ball) > std::sqrt(2.) * s.cell_size)
+    ball.refine_global();
+  dealii::GridGenerator::flatten_triangulation(ball, flat);
+  const double flat_height = 0.5 * extent[0] * std::cos(s.flat_angle);
+  if (0.5 * extent[0] - flat_height > 0.5 * s.cell_size)
+    throw std::runtime_error("mesh: the flats of the disc are deeper than half a cell, take larger cells or a smaller angle");
+  dealii::GridTools::transform(
+    [&](const dealii::Point<2> &x)
+    { return dealii::Point<2>(x[0], std::clamp(x[1], centre[1] - flat_height, centre[1] + flat_height)); },
+    flat);
+  if constexpr (dim == 2)
+    triangulation.copy_triangulation(flat);
+  else
+  {
+    const unsigned int layers = std::max(1L, std::lround(extent[2] / s.cell_size));
+    dealii::GridGenerator::extrude_triangulation(flat, layers + 1, extent[2], triangulation);
+    dealii::GridTools::shift(dealii::Point<3>(0., 0., s.lower[2]), triangulation);
+  }
+  for (const auto &cell : triangulation.active_cell_iterators())
+    for (const auto &face : cell->face_iterators())
+      if (face->at_boundary())
+      {
+        bool back = dim == 3, front = dim == 3;
+        for (const auto v : face->vertex_indices())
+        {
+          back = back && face->vertex(v)[dim - 1] < s.lower[2] + 1e-9 * extent[2];
+          front = front && face->vertex(v)[dim - 1] > s.upper[2] - 1e-9 * extent[2];
+        }
+        face->set_boundary_id(back ? 4 : front ? 5 : 0);
+      }
+}
+
+template <int dim>
+void read_gmsh(const std::string &file, dealii::Triangulation<dim> &triangulation)
+{
+  std::ifstream stream(file);
+  if (!stream)
+    throw std::runtime_error("mesh file '" + file + "': cannot be opened");
+  dealii::GridIn<dim> reader;
+  reader.attach_triangulation(triangulation);
+  try
+  {
+    reader.read_msh(stream);
+  }
+  catch (const std::exception &)
+  {
+    throw std::runtime_error("mesh file '" + file + "': not a gmsh mesh of dimension " + std::to_string(dim));
+  }
+  if (!triangulation.all_reference_cells_are_hyper_cube())
+    throw std::runtime_error("mesh file '" + file + "': has " + (dim == 2 ? "triangles" : "tetrahedra or wedges") +
+                             ", allowed are " + (dim == 2 ? "quadrilaterals" : "hexahedra") + " (gmsh: recombine)");
+}
+
+template <int dim>
+int wanted_level(const MeshSettings &settings, const dealii::BoundingBox<dim> &cell)
+{
+  int level = 0;
+  for (const RefinedBox &box : settings.refined)
+  {
+    bool meets = true;
+    for (int d = 0; d < dim; ++d)
+    {
+      // A cell that only touches the box stays as it is.
+      const double slack = 1e-6 * cell.side_length(d);
+      meets = meets && cell.upper_bound(d) > box.lower[d] + slack && cell.lower_bound(d) < box.upper[d] - slack;
+    }
+    if (meets)
+      level = std::max(level, box.levels);
+  }
+  return level;
+}
+
+/// The triangulation limits the difference of levels at vertices, so that a master of a hanging node never hangs itself.
+template <int dim>
+void refine(const MeshSettings &settings, dealii::Triangulation<dim> &triangulation)
+{
+  for (const RefinedBox &box : settings.refined)
+    for (int d = 0; d < dim; ++d)
+      if (!(box.upper[d] > box.lower[d]))
+        throw std::runtime_error("mesh: the upper corner of a refined box must lie above the lower one in every direction");
+  for (bool changed = !settings.refined.empty(); changed;)
+  {
+    changed = false;
+    for (const auto &cell : triangulation.active_cell_iterators())
+      if (cell->level() < wanted_level<dim>(settings, cell->bounding_box()))
+      {
+        cell->set_refine_flag();
+        changed = true;
+      }
+    triangulation.execute_coarsening_and_refinement();
+  }
+}
+
+/// The element needs a map that nowhere turns inside out: positive Jacobians at the corners.
+template <int dim>
+void check_cells(const dealii::Triangulation<dim> &triangulation)
+{
+  constexpr int n = q1::n_nodes<dim>;
+  for (const auto &cell : triangulation.active_cell_iterators())
+  {
+    q1::NodalValues<dim> X;
+    for (int a = 0; a < n; ++a)
+      for (int d = 0; d < dim; ++d)
+        X(d, a) = cell->vertex(a)[d];
+    for (int a = 0; a < n; ++a)
+    {
+      q1::Point<dim> corner;
+      for (int d = 0; d < dim; ++d)
+        corner[d] = (a >> d & 1) ? 1. : -1.;
+      const Eigen::Matrix<double, dim, dim> J = X * q1::shape_derivatives<dim>(corner);
+      if (!(J.determinant() > 0.))
+      {
+        std::ostringstream message;
+        message << "mesh: the cell at ("
+                << (X * q1::shape_values<dim>(q1::Point<dim>::Zero())).transpose().format({6, Eigen::DontAlignCols, ", "})
+                << ") m is not convex or turned inside out";
+        throw std::runtime_error(message.str());
+      }
+    }
+  }
+}
+
+/// Gives cells[first, last) to ranks[low, high): cut across the longest extent, cells in proportion to ranks.
+template <int dim>
+void bisect(const std::vector<dealii::Point<dim>> &centres, const std::vector<int>::iterator first,
+            const std::vector<int>::iterator last, const int low, const int high, std::vector<int> &owner)
+{
+  if (high - low == 1 || first == last)
+  {
+    std::for_each(first, last, [&](const int cell) { owner[cell] = low; });
+    return;
+  }
+  int direction = 0;
+  double longest = -1.;
+  for (int d = 0; d < dim; ++d)
+  {
+    const auto [a, b] = std::minmax_element(first, last, [&](int i, int j) { return centres[i][d] < centres[j][d]; });
+    const double extent = centres[*b][d] - centres[*a][d];
+    if (extent > longest * (1. + 1e-9))
+    {
+      longest = extent;
+      direction = d;
+    }
+  }
+  const int middle = (low + high) / 2;
+  const auto cut = first + (last - first) * (middle - low) / (high - low);
+  std::nth_element(first, cut, last,
+                   [&](const int i, const int j) {
+                     return centres[i][direction] != centres[j][direction] ? centres[i][direction] < centres[j][direction]
+                                                                           : i < j;
+                   });
+  bisect<dim>(centres, first, cut, low, middle, owner);
+  bisect<dim>(centres, cut, last, middle, high, owner);
+}
+
+template <int dim>
+void partition(dealii::Triangulation<dim> &triangulation, const int n_ranks)
+{
+  std::vector<dealii::Point<dim>> centres;
+  for (const auto &cell : triangulation.active_cell_iterators())
+    centres.push_back(cell->center());
+  std::vector<int> cells(centres.size()), owner(centres.size());
+  std::iota(cells.begin(), cells.end(), 0);
+  bisect<dim>(centres, cells.begin(), cells.end(), 0, n_ranks, owner);
+  for (const auto &cell : triangulation.active_cell_iterators())
+    cell->set_subdomain_id(owner[cell->active_cell_index()]);
+}
+} // namespace
+
+template <int dim>
+std::unique_ptr<dealii::parallel::shared::Triangulation<dim>> build_triangulation(MPI_Comm comm, const MeshSettings &settings)
+{
+  using Shared = dealii::parallel::shared::Triangulation<dim>;
+  dealii::Triangulation<dim> serial(dealii::Triangulation<dim>::limit_level_difference_at_vertices);
+  if (!settings.gmsh_file.empty())
+    read_gmsh(settings.gmsh_file, serial);
+  else if (settings.shape == MeshShape::disc)
+    disc(settings, serial);
+  else
+    structured_box(settings, serial);
+  refine(settings, serial);
+  check_cells(serial);
+
+  auto triangulation = std::make_unique<Shared>(comm, dealii::Triangulation<dim>::none, false, Shared::partition_custom_signal);
+  const auto connection = triangulation->signals.create.connect(
+    [&] { partition<dim>(*triangulation, dealii::Utilities::MPI::n_mpi_processes(comm)); });
+  triangulation->copy_triangulation(serial);
+  connection.disconnect();
+  return triangulation;
+}
+
+template std::unique_ptr<dealii::parallel::shared::Triangulation<2>> build_triangulation<2>(MPI_Comm, const MeshSettings &);
+template std::unique_ptr<dealii::parallel::shared::Triangulation<3>> build_triangulation<3>(MPI_Comm, const MeshSettings &);
+} // namespace kerf::fem

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "fem_side/mesh/nodal_space.h"
+
+namespace kerf::fem
+{
+/// Reads and pushes values of chosen nodes, wherever they are owned. All members are collective.
+template <int dim>
+class Window
+{
+public:
+  /// Every rank chooses its own nodes, perhaps none; a node may be chosen more than once.
+  Window(const NodalSpace<dim> &space, const std::vector<int> &nodes);
+
+  int n_nodes() const { return static_cast<int>(positions.size()); }
+  /// Nodal values in the order of the nodes, 3 x n_nodes().
+  /// @param owned the values that this rank owns
+  void read(const double *owned, Eigen::Matrix3Xd &values) const;
+  /// The transpose of read(): adds to the owned values of the vector.
+  void add(const Eigen::Matrix3Xd &values, NodalVector &vector) const;
+
+private:
+  std::shared_ptr<const Partitioner> partitioner; ///< ghosts: the chosen nodes owned by other ranks
+  std::vector<int> positions;                     ///< first component of each chosen node among owned values, then ghosts
+  mutable std::vector<double> ghosts, packed;
+};
+} // namespace kerf::fem

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "fem_side/mesh/nodal_space.h"
+
+#include <array>
+#include <deal.II/numerics/rtree.h>
+#include <unordered_map>
+
+namespace kerf::fem
+{
+/// Finds the cell of a point of the reference configuration on the replicated mesh. Nothing here is collective.
+template <int dim>
+class PointLocator
+{
+public:
+  explicit PointLocator(const NodalSpace<dim> &space);
+
+  /// Points farther than about 1e-9 of a cell outside the mesh get cell = -1.
+  std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const;
+
+private:
+  using Box = dealii::BoundingBox<dim>;
+  using Point = std::array<double, 3>;
+  struct Hash
+  {
+    std::size_t operator()(const Point &point) const
+    {
+      std::size_t hash = 0;
+      for (const double x : point)
+        hash = 1000003u * hash ^ std::hash<double>()(x);
+      return hash;
+    }
+  };
+
+  Interpolation find(const Eigen::Vector3d &point) const;
+
+  const NodalSpace<dim> &space;
+  Eigen::Vector3d lower; ///< corner of the box around the mesh [m]
+  dealii::RTree<std::pair<Box, int>> tree;
+  mutable std::unordered_map<Point, Interpolation, Hash> known; ///< the same stored particles are looked for at every change of
+                                                                ///< models
+};
+} // namespace kerf::fem

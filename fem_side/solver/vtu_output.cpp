@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "fem_side/solver/vtu_output.h"
+
+#include <deal.II/numerics/data_out.h>
+
+namespace kerf::fem
+{
+namespace
+{
+/// Name and row of the stress components that are not zero by plane strain.
+template <int dim>
+const std::vector<std::pair<const char *, int>> stress_component;
+template <>
+const std::vector<std::pair<const char *, int>> stress_component<2> = {{"xx", 0}, {"yy", 1}, {"zz", 2}, {"xy", 5}};
+template <>
+const std::vector<std::pair<const char *, int>> stress_component<3> = {{"xx", 0}, {"yy", 1}, {"zz", 2},
+                                                                       {"yz", 3}, {"xz", 4}, {"xy", 5}};
+
+/// The components as vectors of dim components a node: that is what there are numbers for.
+template <int dim>
+std::vector<NodalVector> nodal_vectors(const NodalSpace<dim> &space, const Eigen::Matrix<double, 6, Eigen::Dynamic> &values)
+{
+  std::vector<NodalVector> result(stress_component<dim>.size() / dim, NodalVector(space.partitioner));
+  for (std::size_t k = 0; k < stress_component<dim>.size(); ++k)
+    for (std::size_t i = 0; i < space.owned_nodes.size(); ++i)
+      result[k / dim].local_element(dim * i + k % dim) = values(stress_component<dim>[k].second, space.owned_nodes[i]);
+  for (NodalVector &vector : result)
+    space.update_copies(vector);
+  return result;
+}
+} // namespace
+
+template <int dim>
+void write_vtu_file(const NodalSpace<dim> &space, const std::string &path, const VtuContent &content)
+{
+  dealii::DataOut<dim> output;
+  output.set_cell_selection(
+    [&content](const typename dealii::Triangulation<dim>::cell_iterator &cell)
+    { return cell->is_active() && cell->is_locally_owned() && content.written[cell->active_cell_index()]; });
+
+  const std::vector<dealii::DataComponentInterpretation::DataComponentInterpretation> vector_valued(
+    dim, dealii::DataComponentInterpretation::component_is_part_of_vector);
+  output.add_data_vector(space.dof_handler, content.displacement, std::vector<std::string>(dim, "displacement"), vector_valued);
+  output.add_data_vector(space.dof_handler, content.velocity, std::vector<std::string>(dim, "velocity"), vector_valued);
+  const std::vector<NodalVector> smooth = nodal_vectors(space, content.smooth_stress);
+  const std::vector<dealii::DataComponentInterpretation::DataComponentInterpretation> scalars(
+    dim, dealii::DataComponentInterpretation::component_is_scalar);
+  for (std::size_t k = 0; k < smooth.size(); ++k)
+  {
+    std::vector<std::string> names;
+    for (int c = 0; c < dim; ++c)
+      names.push_back(std::string("smooth_stress_") + stress_component<dim>[dim * k + c].first);
+    output.add_data_vector(space.dof_handler, smooth[k], names, scalars);
+  }
+  for (const auto &[name, values] : content.cell_data)
+    output.add_data_vector(values, name, dealii::DataOut<dim>::type_cell_data);
+  dealii::DataOutBase::VtkFlags flags;
+  flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default takes seven times as long
+  output.set_flags(flags);
+  output.build_patches();
+  output.write_vtu_in_parallel(path, space.comm);
+}
+
+template void write_vtu_file<2>(const NodalSpace<2> &, const std::string &, const VtuContent &);
+template void write_vtu_file<3>(const NodalSpace<3> &, const std::string &, const VtuContent &);
+} // namespace kerf::fem

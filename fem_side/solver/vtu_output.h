@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "fem_side/mesh/nodal_space.h"
+
+#include <string>
+#include <utility>
+
+namespace kerf::fem
+{
+/// What goes into one VTU file beside the mesh. Cell data have one entry for every cell of the mesh; only those of owned cells
+/// are read.
+struct VtuContent
+{
+  const NodalVector &displacement; ///< with ghosts [m]
+  const NodalVector &velocity;     ///< with ghosts [m/s]
+  std::vector<bool> written;       ///< per mesh cell
+  std::vector<std::pair<std::string, dealii::Vector<double>>> cell_data;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> smooth_stress; ///< at the nodes, xx, yy, zz, yz, xz, xy [Pa]
+};
+
+/// One file for all ranks, nodes at their reference positions. Collective.
+template <int dim>
+void write_vtu_file(const NodalSpace<dim> &space, const std::string &path, const VtuContent &content);
+} // namespace kerf::fem

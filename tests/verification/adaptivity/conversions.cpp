@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Changes of models both ways: what they add, and that they can be repeated.
+#include "tests/support/plane_packet.h"
+#include "tests/support/strip_front.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/SparseCholesky>
+
+using namespace kerf;
+using Eigen::Vector3d;
+using test::Body;
+using test::Direction;
+using test::Strip;
+using test::StripCase;
+
+namespace
+{
+/// Columns of cells next to the front of a strip: the last ones of the particle region, or the first ones beyond it.
+std::vector<int> columns_at_front(Body &body, const Strip &shape, int n, bool inside)
+{
+  const double front = shape.region_end(), width = n * shape.cell_length();
+  std::vector<int> cells;
+  for (int cell = 0; cell < body.fem->mesh().n_cells(); ++cell)
+    if (const double x = cell_centre(body.fem->mesh(), cell)[0];
+        inside ? x > front - width && x < front : x > front && x < front + width)
+      cells.push_back(cell);
+  return cells;
+}
+
+double largest_kinetic(Body &body, int steps)
+{
+  double largest = 0.;
+  for (int k = 0; k < steps; k += 5)
+  {
+    body.model.advance(5);
+    largest = std::max(largest, body.model.energies().kinetic);
+  }
+  return largest;
+}
+
+/// Of a strip under uniaxial strain eps, for the length [J].
+double tension_energy(const StripCase &strip, double eps, double length)
+{
+  return 0.5 * (strip.settings.rock.lame_lambda() + 2. * strip.settings.rock.lame_mu()) * eps * eps * length *
+         strip.strip.height();
+}
+
+StripCase strip_of(bool random)
+{
+  Strip shape;
+  shape.random = random;
+  shape.fem = 8;
+  shape.high = random ? 5 : 2;
+  StripCase strip(shape);
+  strip.settings.constraint = ConstraintMethod::multipliers;
+  return strip;
+}
+} // namespace
+
+// A uniform strain is in both models exactly: to the finite elements and back again nothing moves, the audit finds no stress
+// jump beyond the terms of second order in the strain (1e-6 of the stress, 1e-12 of Young's modulus), all bonds are accounted
+// for, and the recovered nodes are where they were, to the round-off of positions of 0.1 m against displacements of 1e-8 m.
+TEST(Changes, UniformLatticeGoesBackAndForth)
+{
+  constexpr double eps = 1e-6;
+  StripCase strip = strip_of(false);
+  test::hold_ends(strip.settings);
+  Body body(strip.settings, strip.packing, Mode::fixed);
+  body.set_state([](const Vector3d &x) { return Vector3d(eps * x[0], 0., 0.); },
+                 [](const Vector3d &) { return Vector3d(Vector3d::Zero()); });
+  const Eigen::Matrix3Xd u = body.fem->gather(fem::NodalField::displacement);
+  body.model.start();
+  const int n_active = body.model.dem().n_active();
+
+  const std::vector<int> cells = columns_at_front(body, strip.strip, 2, true);
+  const double layer = tension_energy(strip, eps, 2. * strip.strip.cell_length());
+  body.model.give_back(cells);
+  EXPECT_LT((body.fem->gather(fem::NodalField::displacement) - u).norm(), 1e-7 * u.norm());
+  EXPECT_LT(body.model.dem().n_active(), n_active - 10);
+  EXPECT_LT(largest_kinetic(body, 100), 1e-8 * layer);
+  body.model.activate(cells);
+  EXPECT_EQ(body.model.dem().n_active(), n_active);
+  EXPECT_LT(largest_kinetic(body, 100), 1e-8 * layer);
+
+  ASSERT_EQ(body.model.events().size(), 3u);
+  for (std::size_t k = 1; k < 3; ++k) // the first one converts the free surface, too, where stresses are not uniform
+  {
+    const ActivationEvent &event = body.model.events()[k];
+    EXPECT_EQ(event.after.bonds - event.before.bonds, event.bonds_stored);
+    EXPECT_NEAR(event.stress, eps * strip.settings.rock.young, 0.2 * eps * strip.settings.rock.young);
+    EXPECT_LT(event.stress_jump, 1e-10 * strip.settings.rock.young);
+  }
+  EXPECT_EQ(body.model.events()[1].particles, -body.model.events()[2].particles);
+  EXPECT_LT(std::abs(body.model.energies().conversion), 1e-4 * layer);
+}
+
+// In a random packing the nodes take the mean of particles that fluctuate: the front goes back with less noise than it comes.
+TEST(Changes, RandomPackingGoesBackQuietly)
+{
+  constexpr double eps = 1e-5;
+  StripCase strip = strip_of(true);
+  test::hold_ends(strip.settings);
+  strip.settings.local_damping = 0.4;
+  Body rested(strip.settings, strip.packing, Mode::fixed);
+  test::energy_at_rest(rested, Direction::tension, eps * (strip.strip.length() - strip.strip.cell_length()));
+  strip.settings.local_damping = 0.;
+  Body body(strip.settings, strip.packing, rested.dt);
+  test::take_state(body, rested);
+  const double layer = tension_energy(strip, eps, 2. * strip.strip.cell_length());
+  body.model.give_back(columns_at_front(body, strip.strip, 2, true));
+  const double kinetic = largest_kinetic(body, 150);
+  std::cout << "[ return   ] conversion " << 100. * body.model.energies().conversion / layer << " %, kinetic "
+            << 100. * kinetic / layer << " % of the layer's energy" << std::endl;
+  EXPECT_LT(kinetic, 0.02 * layer);
+  EXPECT_LT(std::abs(body.model.energies().conversion), 0.10 * layer);
+}
+
+// The rule: what is loaded, damaged or has not been quiet for long enough stays, the rest goes back.
+TEST(Changes, QuietCellsGoBack)
+{
+  StripCase strip = strip_of(false);
+  strip.settings.sigma_star = 1e6;
+  strip.settings.return_fraction = 0.5;
+  strip.settings.return_time = 4e-6;
+  strip.settings.check_interval = 10;
+  strip.settings.bond.R_n = 1e-3 * strip.settings.bond.k_n * Strip::d;
+  const auto zero = [](const Vector3d &) { return Vector3d(Vector3d::Zero()); };
+  const auto run = [&](bool damaged)
+  {
+    auto body = std::make_unique<Body>(strip.settings, strip.packing, 5e-8, Mode::adaptive);
+    body->set_state(zero, zero);
+    body->model.start();
+    std::vector<int> cells = cells_inside(body->fem->mesh(), strip.settings.fixed_region);
+    body->model.activate(cells);
+    if (damaged)
+    {
+      // A particle of the first column is pulled off its neighbours and put back.
+      dem::Particles particles = body->model.dem().particles();
+      for (int i = 0; i < particles.n; ++i)
+        if (particles.index[i] == 0)
+          particles.position(0, i) -= 0.01 * Strip::d;
+      body->model.set_up_forces();
+    }
+    int back_at = -1;
+    for (int step = 0; step < 200; step += 10)
+    {
+      body->model.advance(10);
+      if (body->model.adapt() && back_at < 0)
+        back_at = step + 10;
+    }
+    return std::make_pair(std::move(body), back_at);
+  };
+  const auto [quiet, when] = run(false);
+  EXPECT_EQ(quiet->model.dem().n_active(), 0);
+  EXPECT_EQ(quiet->model.overlap().n_converted(), 0);
+  EXPECT_GE(when * 5e-8, 4e-6 * (1. - 1e-9));
+  EXPECT_LE(when * 5e-8, 2. * 4e-6);
+
+  const auto [damaged, later] = run(true);
+  EXPECT_GT(damaged->model.dem().n_bonds_broken(), 0);
+  EXPECT_GT(damaged->model.dem().n_active(), 0);
+  EXPECT_GT(damaged->model.overlap().n_converted(), 0);
+  EXPECT_LT(damaged->model.overlap().n_converted(), 40);
+  for (const dem::BrokenBond &bond : damaged->model.dem().broken_bonds())
+    EXPECT_TRUE(damaged->model.dem().is_active()[bond.first] && damaged->model.dem().is_active()[bond.second]);
+}
+
+// A wave of 20 diameters is on its way through the front when the front moves towards it by half an overlap: what the change
+// brings in or takes out is small against the wave, and the balance closes to the 0.5 % that is asked for.
+TEST(Changes, ActivationThroughPassingWave)
+{
+  for (const int direction : {0, 1})
+  {
+    StripCase strip = [&]
+    {
+      Strip shape;
+      shape.region = 30;
+      shape.fem = 60;
+      StripCase result(shape);
+      result.settings.constraint = ConstraintMethod::multipliers;
+      result.settings.relaxation_steps = 15;
+      return result;
+    }();
+    Body body(strip.settings, strip.packing, Mode::fixed);
+    const double wave = 20. * Strip::d;
+    const auto at = [&](double k) { return test::cells_wave(strip.settings, k, direction); };
+    const double front = strip.strip.region_end();
+    const double centre = front + strip.strip.overlap_width() + 4. * wave;
+    test::put_on_nodes(body, test::PlanePacket(centre, wave, -1, 1e-6 * Strip::d, at), direction);
+    body.model.start();
+    const double before = body.model.energies().held();
+    const double speed = direction == 0 ? strip.settings.rock.speed_p() : strip.settings.rock.speed_s();
+    body.model.advance(static_cast<int>((centre - front - strip.strip.overlap_width()) / (speed * body.dt)));
+    body.model.activate(columns_at_front(body, strip.strip, 2, false));
+    body.model.advance(300);
+    const EnergyLedger energy = body.model.energies();
+    std::cout << "[ wave     ] conversion " << 100. * energy.conversion / before << " %, interface "
+              << 100. * energy.interface / before << " %, residual " << energy.residual() / before << std::endl;
+    EXPECT_LT(std::abs(energy.conversion), 0.02 * before);
+    EXPECT_LT(std::abs(energy.residual()), 0.005 * before);
+  }
+}
+
+// Below a concentrated load on a free surface the projected field is wrong at the scale of the cells as well. Moved to rest
+// first, less than 6 % of the strain energy starts to move; with plain projection it is several times that.
+TEST(Changes, ActivationBelowConcentratedLoad)
+{
+  constexpr double d = 1e-3, h = 4e-3, load = 1e5;
+  Case settings = test::lattice_rock(d);
+  settings.mesh.upper = Vector3d(18. * h, 12. * h, 0.);
+  settings.mesh.cell_size = h;
+  settings.packing.kind = "random";
+  settings.packing.radius_spread = 0.4;
+  settings.packing.seed = 1;
+  settings.packing.upper = settings.mesh.upper;
+  settings.overlap_width = 2. * h;
+  settings.fluctuation_relaxation = 0.05;
+  settings.constraint = ConstraintMethod::multipliers;
+  for (int id = 0; id < 3; ++id)
+  {
+    fem::BoundaryCondition fixed;
+    fixed.id = id;
+    fixed.kind = fem::BoundaryKind::fixed;
+    settings.boundary_conditions.push_back(fixed);
+  }
+  fem::BoundaryCondition pressed;
+  pressed.where = "y > 0.04799 && abs(x - 0.036) < 0.004";
+  pressed.kind = fem::BoundaryKind::traction;
+  pressed.traction = Vector3d(0., -load, 0.);
+  settings.boundary_conditions.push_back(pressed);
+  const dem::Packing packing = dem::generate_packing(settings.packing);
+  const dem::ElasticCalibration bonds = dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson);
+  settings.bond.k_n = bonds.k_n;
+  settings.bond.k_t = bonds.k_t;
+
+  double kinetic[2];
+  for (const int relaxation : {0, 15})
+  {
+    settings.relaxation_steps = relaxation;
+    Body body(settings, packing, 1e-7, Mode::fixed);
+    // Static solution of the finite elements under the load.
+    const fem::Mesh &mesh = body.fem->mesh();
+    body.fem->compute_forces();
+    const Eigen::Matrix3Xd f = body.fem->gather(fem::NodalField::force),
+                           mobility = body.fem->gather(fem::NodalField::inverse_mass);
+    std::vector<int> all(mesh.n_cells());
+    for (int cell = 0; cell < mesh.n_cells(); ++cell)
+      all[cell] = cell;
+    const std::vector<fem::CellStiffness> stiffness = body.fem->cell_stiffness(all);
+    std::vector<Eigen::Triplet<double>> entries;
+    const auto dof = [&](int cell, int i) { return 2 * mesh.cells(i / 2, cell) + i % 2; };
+    const auto is_free = [&](int i) { return mobility(i % 2, i / 2) > 0.; };
+    for (int cell = 0; cell < mesh.n_cells(); ++cell)
+      for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j)
+          if (is_free(dof(cell, i)) && is_free(dof(cell, j)))
+            entries.emplace_back(dof(cell, i), dof(cell, j), stiffness[cell](i, j));
+    Eigen::VectorXd right(2 * mesh.n_nodes());
+    for (int i = 0; i < right.size(); ++i)
+    {
+      right[i] = is_free(i) ? f(i % 2, i / 2) : 0.;
+      if (!is_free(i))
+        entries.emplace_back(i, i, 1.);
+    }
+    Eigen::SparseMatrix<double> K(right.size(), right.size());
+    K.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::VectorXd solution = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(K).solve(right);
+    Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, mesh.n_nodes());
+    for (int a = 0; a < mesh.n_nodes(); ++a)
+      u.col(a).head<2>() = solution.segment<2>(2 * a);
+    body.fem->set_state(u, Eigen::Matrix3Xd::Zero(3, mesh.n_nodes()));
+    body.model.start();
+    const double whole = body.model.energies().elastic;
+    ASSERT_NEAR(whole, 0.5 * solution.dot(right), 1e-3 * whole); // the solution is the static one, up to finite strains
+
+    const std::vector<int> cells = cells_inside(mesh, {{Vector3d(4. * h, 6. * h, -1.), Vector3d(14. * h, 13. * h, 1.)}});
+    double converted = 0.; // energy of the converted cells
+    for (const int cell : cells)
+    {
+      Eigen::Matrix<double, 8, 1> local;
+      for (int i = 0; i < 8; ++i)
+        local[i] = solution[dof(cell, i)];
+      converted += 0.5 * local.dot(stiffness[cell] * local);
+    }
+    body.model.activate(cells);
+    kinetic[relaxation > 0] = largest_kinetic(body, 150) / converted;
+  }
+  std::cout << "[ load     ] kinetic " << 100. * kinetic[0] << " % by plain projection, " << 100. * kinetic[1]
+            << " % moved to rest" << std::endl;
+  EXPECT_LT(kinetic[1], 0.06);
+  EXPECT_GT(kinetic[0], 2. * kinetic[1]);
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The stable step that the coupled operator predicts, against runs on both sides of it.
+#include "tests/support/coupled_strip.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+using namespace kerf;
+using Eigen::Vector3d;
+using test::Body;
+using test::Strip;
+using test::StripCase;
+
+namespace
+{
+const char *name_of(ConstraintMethod method)
+{
+  switch (method)
+  {
+  case ConstraintMethod::penalty:
+    return "penalty";
+  case ConstraintMethod::penalty_mass_scaled:
+    return "penalty_mass_scaled";
+  case ConstraintMethod::multipliers:
+    return "multipliers";
+  default:
+    return "multipliers_diagonal";
+  }
+}
+
+/// Whether noise on both sides stays what it is.
+bool is_stable(const StripCase &strip, double dt, int steps)
+{
+  Body body(strip.settings, strip.packing, dt);
+  unsigned state = 1;
+  const auto noise = [&state]
+  {
+    state = 1664525u * state + 1013904223u;
+    return 1e-9 * (static_cast<double>(state >> 8) / (1 << 23) - 1.);
+  };
+  body.set_state([](const Vector3d &) { return Vector3d(Vector3d::Zero()); },
+                 [&](const Vector3d &) { return Vector3d(noise(), noise(), 0.); });
+  body.model.start();
+  dem::Particles particles = body.model.dem().particles();
+  for (int i = 0; i < particles.n; ++i)
+  {
+    particles.velocity.col(i) += Vector3d(noise(), noise(), 0.);
+    particles.angular_velocity(2, i) += 1e3 * noise();
+  }
+  const double before = body.model.energies().held();
+  try
+  {
+    body.model.advance(steps);
+  }
+  catch (const std::exception &)
+  {
+    return false; // bonds ran away
+  }
+  const double after = body.model.energies().kinetic;
+  return std::isfinite(after) && after < 100. * before;
+}
+} // namespace
+
+// Forty steps at 1.02 of the limit multiply the highest mode by more than e^(2 x 0.2 x 40) if all of its frequency grows with
+// the step, so a thousand steps tell; a stable run keeps its energy up to the finite step's share, bounded by 1/(1 - 0.98^2).
+TEST(CoupledLimit, IsThatOfRuns)
+{
+  std::mt19937 random(5);
+  const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+  const ConstraintMethod methods[] = {ConstraintMethod::penalty, ConstraintMethod::penalty_mass_scaled,
+                                      ConstraintMethod::multipliers};
+  for (int combination = 0; combination < 24; ++combination)
+  {
+    Strip shape;
+    shape.random = combination % 2;
+    shape.seed = 1 + combination;
+    shape.region = 3;
+    shape.fem = 3;
+    shape.high = 3;
+    shape.overlap = std::uniform_int_distribution<int>(2, 5)(random);
+    shape.cell = std::uniform_int_distribution<int>(3, 6)(random);
+    StripCase strip(shape);
+    strip.settings.bond.damping = 0.;
+    strip.settings.constraint = methods[(combination / 2) % 3];
+    const bool scaled = strip.settings.constraint == ConstraintMethod::penalty_mass_scaled;
+    strip.settings.penalty_ratio = scaled ? uniform(0.1, 1.2) : std::exp(uniform(std::log(0.05), std::log(5.)));
+    strip.settings.fluctuation_relaxation = uniform(0., 0.1);
+    strip.settings.corrector = shape.random && strip.settings.constraint != ConstraintMethod::multipliers && combination > 12;
+    const auto fem = Body::make_fem(strip.settings);
+    const double limit = stable_steps(strip.settings, Mode::fixed, *fem, strip.packing, MPI_COMM_WORLD).overlap;
+    SCOPED_TRACE(testing::Message() << (shape.random ? "random " : "lattice ") << (strip.settings.corrector ? "corrected " : "")
+                                    << name_of(strip.settings.constraint) << ", ratio " << strip.settings.penalty_ratio
+                                    << ", overlap of " << shape.overlap << " cells of " << shape.cell << ", limit " << limit);
+    ASSERT_GT(limit, 0.);
+    EXPECT_TRUE(is_stable(strip, 0.98 * limit, 1500));
+    EXPECT_FALSE(is_stable(strip, 1.02 * limit, 1500));
+  }
+}
