@@ -254,7 +254,7 @@ void DemSide::Engine::share_out(const std::vector<NewParticle> &particles)
       continue;
     const double length = domain.boxhi[c] - domain.boxlo[c], thinnest = ghost_reach() / length;
     const Borders now(splits[c], splits[c] + comm.procgrid[c] + 1);
-    bool thick = true; // slabs that are thinner than the lists reach stay as they are
+    bool thick = true; // segments that are thinner than the lists reach stay as they are
     for (int k = 0; k < comm.procgrid[c]; ++k)
       thick = thick && now[k + 1] - now[k] >= thinnest;
     if (!thick)
@@ -269,8 +269,8 @@ void DemSide::Engine::share_out(const std::vector<NewParticle> &particles)
       add(place_of(particle)[c]);
     if (imbalance(counts, now) <= bearable)
       continue;
-    const Borders wanted = balanced_borders(counts, comm.procgrid[c], thinnest);
-    const Borders next = n_active == 0 ? wanted : approach(now, wanted, thinnest);
+    const Borders target = balanced_borders(counts, comm.procgrid[c], thinnest);
+    const Borders next = n_active == 0 ? target : approach(now, target, thinnest);
     std::copy(next.begin(), next.end(), splits[c]);
     changed = true;
   }
@@ -283,10 +283,10 @@ void DemSide::Engine::share_out(const std::vector<NewParticle> &particles)
 std::int64_t DemSide::Engine::n_bonds_to_fresh() const
 {
   std::int64_t n = 0;
-  for (int i = 0; i < static_cast<int>(style->fresh.size()); ++i)
-    if (style->fresh[i])
+  for (int i = 0; i < static_cast<int>(style->added.size()); ++i)
+    if (style->added[i])
       for (const int j : stored_bonds.partners_of(i))
-        n += active[j] && (!style->fresh[j] || i < j);
+        n += active[j] && (!style->added[j] || i < j);
   return n;
 }
 
@@ -364,9 +364,9 @@ void DemSide::insert(const std::vector<NewParticle> &particles)
   atom.map_init();
   atom.map_set();
 
-  e.style->fresh.resize(e.packing.size(), 0);
+  e.style->added.resize(e.packing.size(), 0);
   for (const NewParticle &particle : particles)
-    e.active[particle.index] = e.was_active[particle.index] = e.style->fresh[particle.index] = 1;
+    e.active[particle.index] = e.was_active[particle.index] = e.style->added[particle.index] = 1;
   e.n_active += static_cast<int>(particles.size());
   e.style->n_particles += particles.size();
   ++e.style->order;
@@ -530,10 +530,10 @@ std::vector<BrokenBond> DemSide::broken_bonds() const
   return engine->style->broken;
 }
 
-std::vector<ActiveBond> DemSide::bonds(const std::vector<char> &wanted) const
+std::vector<ActiveBond> DemSide::bonds(const std::vector<char> &target) const
 {
   engine->require_set_up("bonds()");
-  return engine->n_active > 0 ? engine->style->bonds(wanted) : std::vector<ActiveBond>();
+  return engine->n_active > 0 ? engine->style->bonds(target) : std::vector<ActiveBond>();
 }
 
 Energies DemSide::energies() const

@@ -163,9 +163,9 @@ public:
   std::int64_t n_bonds_intact() const;
   std::int64_t n_bonds_broken() const;          ///< since the start
   std::vector<BrokenBond> broken_bonds() const; ///< of this rank (each bond on exactly one rank), since the start
-  /// Bonds of this rank (each bond on exactly one rank). @p wanted by index in the packing: only those with a wanted end;
+  /// Bonds of this rank (each bond on exactly one rank). @p target by index in the packing: only those with a target end;
   /// empty: all. Not collective
-  std::vector<ActiveBond> bonds(const std::vector<char> &wanted = {}) const;
+  std::vector<ActiveBond> bonds(const std::vector<char> &target = {}) const;
   Energies energies() const;
 
   /// What the particles of this rank look like to a person: per local particle, broken bonds / stored bonds in [0,1].

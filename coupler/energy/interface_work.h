@@ -6,7 +6,7 @@
 namespace kerf
 {
 /// Work of the forces that a constraint puts on particles and nodes of its window, by the trapezoidal rule over the steps of
-/// both sides (see OuterWork).
+/// both sides (see ParticleWork).
 class InterfaceWork
 {
 public:
@@ -30,7 +30,7 @@ public:
 
 private:
   double dt;
-  OuterWork on_particles;
+  ParticleWork on_particles;
   double on_nodes = 0.;
   bool stepping = false, has_forces = false;
   Eigen::Matrix3Xd node_force;

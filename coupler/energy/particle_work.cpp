@@ -9,7 +9,7 @@ namespace kerf
 {
 using Eigen::Vector3d;
 
-void OuterWork::begin(dem::Phase phase, const dem::Particles &particles)
+void ParticleWork::begin(dem::Phase phase, const dem::Particles &particles)
 {
   stepping = phase == dem::Phase::step;
   if (particles.order != order)
@@ -24,17 +24,17 @@ void OuterWork::begin(dem::Phase phase, const dem::Particles &particles)
   loads.clear();
 }
 
-void OuterWork::follow_moved(const dem::Particles &particles)
+void ParticleWork::follow_moved(const dem::Particles &particles)
 {
   constexpr int size = 7; // index, force, torque
-  std::vector<double> mine;
+  std::vector<double> local;
   for (const Load &load : loads)
   {
-    mine.push_back(load.index);
-    mine.insert(mine.end(), load.force.data(), load.force.data() + 3);
-    mine.insert(mine.end(), load.torque.data(), load.torque.data() + 3);
+    local.push_back(load.index);
+    local.insert(local.end(), load.force.data(), load.force.data() + 3);
+    local.insert(local.end(), load.torque.data(), load.torque.data() + 3);
   }
-  const std::vector<double> all = gather_all(mine, MPI_DOUBLE, comm);
+  const std::vector<double> all = gather_all(local, MPI_DOUBLE, comm);
   std::unordered_map<int, const double *> by_index;
   for (std::size_t k = 0; k < all.size(); k += size)
     by_index[static_cast<int>(all[k])] = &all[k];
@@ -69,7 +69,7 @@ dem::Particles &ForceCatcher::catch_forces(const dem::Particles &particles)
   return caught;
 }
 
-void ForceCatcher::release(const std::vector<int> &touched, dem::Particles &particles, OuterWork &work)
+void ForceCatcher::release(const std::vector<int> &touched, dem::Particles &particles, ParticleWork &work)
 {
   for (const int i : touched)
   {

@@ -11,10 +11,10 @@ namespace kerf
 /// Work of forces that the coupler adds to particles: the trapezoidal rule over each step, force at its two ends times the
 /// displacement between them. That is the measure in which velocity Verlet balances energy: the gain of
 /// m/2 v^{n-1/2} v^{n+1/2} is exactly the work of all forces in it.
-class OuterWork
+class ParticleWork
 {
 public:
-  OuterWork(double dt, MPI_Comm comm) : dt(dt), comm(comm) {}
+  ParticleWork(double dt, MPI_Comm comm) : dt(dt), comm(comm) {}
 
   /// Before the forces of a step (or of a setup) are added. Counts the forces of the step before over the way to the present
   /// positions. Collective when particles changed rank.
@@ -59,7 +59,7 @@ public:
   /// The particles with zero forces; valid until the next call.
   dem::Particles &catch_forces(const dem::Particles &particles);
   /// Adds what the @p touched particles caught to @p particles and to @p work; one may be named twice.
-  void release(const std::vector<int> &touched, dem::Particles &particles, OuterWork &work);
+  void release(const std::vector<int> &touched, dem::Particles &particles, ParticleWork &work);
 
 private:
   Eigen::Matrix3Xd force, torque;

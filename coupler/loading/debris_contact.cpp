@@ -13,7 +13,7 @@ namespace kerf
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-LooseContact::LooseContact(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
+DebrisContact::DebrisContact(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
   : packing(packing), dt(dt), comm(comm), law{settings.bond.friction}, stiffness(settings.bond.k_n),
     damping(settings.bond.damping), patch((packing.dim == 2 ? 0.15 : 0.21) * packing.mean_diameter), loose(packing.size(), 0),
     near_surface(packing.size(), 0)
@@ -21,7 +21,7 @@ LooseContact::LooseContact(const Case &settings, const dem::Packing &packing, do
   MPI_Comm_rank(comm, &rank);
 }
 
-void LooseContact::find_loose(const dem::DemSide &dem, const dem::StoredBonds &bonds, const std::vector<TiedParticle> &ties)
+void DebrisContact::find_debris(const dem::DemSide &dem, const dem::StoredBonds &bonds, const std::vector<TiedParticle> &ties)
 {
   const std::int64_t n_broken = dem.n_bonds_broken();
   const int n_active = dem.n_active(), n_ties = static_cast<int>(ties.size());
@@ -64,16 +64,17 @@ void LooseContact::find_loose(const dem::DemSide &dem, const dem::StoredBonds &b
         stack.push_back(j);
       }
   }
-  n_loose_particles = 0;
+  n_debris_particles = 0;
   for (int i = 0; i < packing.size(); ++i)
   {
     loose[i] = active[i] && !of_rock[i] && !ties.empty();
-    n_loose_particles += loose[i];
+    n_debris_particles += loose[i];
   }
   steps_until_look = 0;
 }
 
-std::vector<LooseContact::Visitor> LooseContact::visitors(const dem::Particles &particles, const std::vector<char> &which) const
+std::vector<DebrisContact::Visitor> DebrisContact::visitors(const dem::Particles &particles,
+                                                            const std::vector<char> &which) const
 {
   constexpr int record = 12; // index, position, velocity, spin, radius, mass
   std::vector<double> values;
@@ -95,13 +96,13 @@ std::vector<LooseContact::Visitor> LooseContact::visitors(const dem::Particles &
   return all;
 }
 
-Vector3i LooseContact::bin_of(const Vector3d &position) const
+Vector3i DebrisContact::bin_of(const Vector3d &position) const
 {
   const Eigen::Array3d bin = ((position - origin).array() / bin_size).floor();
   return bin.cwiseMax(0.).cwiseMin((n_bins.array() - 1).cast<double>()).cast<int>();
 }
 
-void LooseContact::find_points(const std::vector<Visitor> &all, const fem::FemSide &fem, double reach)
+void DebrisContact::find_points(const std::vector<Visitor> &all, const fem::FemSide &fem, double reach)
 {
   Vector3d lower = Vector3d::Constant(1e300), upper = Vector3d::Constant(-1e300);
   for (const Visitor &visitor : all)
@@ -138,7 +139,7 @@ void LooseContact::find_points(const std::vector<Visitor> &all, const fem::FemSi
 
 /// Calls visit(q) for all surface points within the reach, and for some others.
 template <typename Visit>
-void LooseContact::for_each_point_near(const Vector3d &position, double reach, const Visit &visit) const
+void DebrisContact::for_each_point_near(const Vector3d &position, double reach, const Visit &visit) const
 {
   if (n_bins.isZero())
     return;
@@ -157,7 +158,7 @@ void LooseContact::for_each_point_near(const Vector3d &position, double reach, c
       }
 }
 
-LooseContact::Touch LooseContact::nearest(const Visitor &visitor) const
+DebrisContact::Touch DebrisContact::nearest(const Visitor &visitor) const
 {
   Touch touch;
   for_each_point_near(visitor.position, visitor.radius + patch,
@@ -175,7 +176,7 @@ LooseContact::Touch LooseContact::nearest(const Visitor &visitor) const
 }
 
 /// Chooses the loose particles that can meet the surface before the next look.
-void LooseContact::find_near(const dem::Particles &particles, const fem::FemSide &fem)
+void DebrisContact::find_near(const dem::Particles &particles, const fem::FemSide &fem)
 {
   constexpr int longest_wait = 200; // steps
   const double margin = 0.5 * packing.mean_diameter;
@@ -183,7 +184,7 @@ void LooseContact::find_near(const dem::Particles &particles, const fem::FemSide
   find_points(all, fem, packing.radii.maxCoeff() + patch + margin);
 
   double speed = 0.;
-  std::vector<int> mine;
+  std::vector<int> local;
   for (const Visitor &visitor : all)
   {
     speed = std::max(speed, visitor.velocity.norm());
@@ -193,9 +194,9 @@ void LooseContact::find_near(const dem::Particles &particles, const fem::FemSide
                         [&](int q)
                         { meets = meets || (visitor.position - points.position.col(q)).squaredNorm() < reach * reach; });
     if (meets)
-      mine.push_back(visitor.index);
+      local.push_back(visitor.index);
   }
-  near = gather_all(mine, MPI_INT, comm);
+  near = gather_all(local, MPI_INT, comm);
   std::sort(near.begin(), near.end());
   near.erase(std::unique(near.begin(), near.end()), near.end());
   near_surface.assign(packing.size(), 0);
@@ -222,7 +223,7 @@ void LooseContact::find_near(const dem::Particles &particles, const fem::FemSide
 /// How far a particle overlaps the surface [m], at @p distance from it; not positive: no contact. Once out of what it was
 /// embedded in it stays out. An overlap cannot appear at once: then the particle came from within the rock, where it met no
 /// surface.
-double LooseContact::follow(const Visitor &visitor, double distance)
+double DebrisContact::follow(const Visitor &visitor, double distance)
 {
   const double sudden = 0.02 * packing.mean_diameter; // twenty times what a fast fragment moves in a step
   Memory &m = memory.at(visitor.index);
@@ -237,10 +238,10 @@ double LooseContact::follow(const Visitor &visitor, double distance)
   return overlap;
 }
 
-void LooseContact::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem, OuterWork &work)
+void DebrisContact::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem, ParticleWork &work)
 {
   elastic = 0.;
-  if (n_loose_particles == 0)
+  if (n_debris_particles == 0)
     return;
   if (phase == dem::Phase::setup || steps_until_look-- <= 0)
     find_near(particles, fem);

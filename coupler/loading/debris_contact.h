@@ -16,23 +16,23 @@ namespace kerf
 /// Particles that have come off the rock lie on what is left of the finite elements: contact of loose particles with the outer
 /// surface, with the stiffness of contacts between particles by the weight of the surface. Particles that belong to the rock
 /// need none, ties and bonds hold them. The reaction acts at the surface point next to the contact, up to a patch radius off.
-class LooseContact
+class DebrisContact
 {
 public:
   /// @param packing kept by reference. @param dt step [s]
-  LooseContact(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
+  DebrisContact(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
 
   /// Finds the loose particles: no chain of intact bonds leads from them to a tied one. Looks only when bonds broke or models
   /// changed since the last call. @param bonds of the store. Collective.
-  void find_loose(const dem::DemSide &dem, const dem::StoredBonds &bonds, const std::vector<TiedParticle> &ties);
+  void find_debris(const dem::DemSide &dem, const dem::StoredBonds &bonds, const std::vector<TiedParticle> &ties);
 
   /// Contact forces on particles and surface, for the present positions. @p work counts those on the particles, its begin() was
   /// called. Collective.
-  void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem, OuterWork &work);
+  void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem, ParticleWork &work);
 
   double stored() const { return elastic; }                            ///< in the contacts of this rank [J]
-  bool is_loose(int index) const { return loose[index]; }              ///< by index in the packing
-  int n_loose() const { return n_loose_particles; }                    ///< over all ranks
+  bool is_debris(int index) const { return loose[index]; }             ///< by index in the packing
+  int n_debris() const { return n_debris_particles; }                  ///< over all ranks
   int n_near_surface() const { return static_cast<int>(near.size()); } ///< candidates for contact, over all ranks
 
 private:
@@ -70,7 +70,7 @@ private:
   double patch;     // radius [m]; patches of neighbouring points overlap
 
   std::vector<char> loose, near_surface; // by index in the packing, the same on every rank
-  int n_loose_particles = 0;
+  int n_debris_particles = 0;
   std::int64_t broken_seen = -1;
   int active_seen = -1, ties_seen = -1;
   std::vector<int> near; // loose ones close to the surface, ascending

@@ -32,12 +32,12 @@ CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, c
   : settings(settings), mode(mode), fem_side(fem), packing(packing), dt(dt), comm(comm),
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width),
-    activation(settings, fem.mesh(), comm), particle_cells(fem.mesh(), packing, comm),
-    give_back_rule(settings, fem.mesh(), packing, particle_cells, comm),
+    activation(settings, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
+    return_rule(settings, fem.mesh(), packing, virial_stress, comm),
     boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing), loads(settings, fem.mesh(), packing),
-    constraint(make_constraint(settings, packing, dt, comm, std::move(fluctuations))), watch(settings, packing, comm),
+    constraint(make_constraint(settings, packing, dt, comm, std::move(fluctuations))), monitor(settings, packing, comm),
     cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm),
-    loose(settings, packing, dt, comm), tool_work(dt, comm), loose_work(dt, comm), boundary_work(dt, comm),
+    loose(settings, packing, dt, comm), tool_work(dt, comm), debris_work(dt, comm), boundary_work(dt, comm),
     absorbing_work(dt, comm)
 {
 }
@@ -74,7 +74,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
     ++n_steps;
     now = n_steps * dt;
   }
-  for (OuterWork *work : {&tool_work, &loose_work, &boundary_work, &absorbing_work})
+  for (ParticleWork *work : {&tool_work, &debris_work, &boundary_work, &absorbing_work})
     work->begin(phase, particles);
 
   if (with_fem)
@@ -98,7 +98,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
     }
   }
   if (with_fem)
-    loose.apply(phase, particles, fem_side, loose_work);
+    loose.apply(phase, particles, fem_side, debris_work);
   clock.lap(Part::tool);
   boundary.damp(particles, absorbing_work);
   loads.apply(particles, now, boundary_work);
@@ -128,7 +128,7 @@ void CoupledModel::advance(int steps)
     throw UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what());
   }
   if (fem_side.n_active_cells() > 0)
-    loose.find_loose(*dem_side, regions.bonds(), regions.tied_particles());
+    loose.find_debris(*dem_side, regions.bonds(), regions.tied_particles());
   clock.lap(Part::dem);
 }
 
@@ -140,8 +140,8 @@ bool CoupledModel::adapt()
   const std::size_t n_events = activation_events.size();
   if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions); !cells.empty())
     convert(cells);
-  else if (give_back_rule.due(now))
-    give_back(give_back_rule.cells_to_return(fem_side, regions, *dem_side, now));
+  else if (return_rule.due(now))
+    return_to_continuum(return_rule.cells_to_return(fem_side, regions, *dem_side, now));
   clock.end_whole();
   return activation_events.size() > n_events;
 }
@@ -154,7 +154,7 @@ ActivationEvent CoupledModel::open_event()
   event.time = now;
   const EnergyLedger ledger = energies();
   conversion_energy -= ledger.held();
-  event.before = take_inventory(fem_side, *dem_side, ledger, comm);
+  event.before = conserved_quantities(fem_side, *dem_side, ledger, comm);
   return event;
 }
 
@@ -163,7 +163,7 @@ void CoupledModel::close_event(ActivationEvent &event)
 {
   const EnergyLedger ledger = energies();
   conversion_energy += ledger.held();
-  event.after = take_inventory(fem_side, *dem_side, ledger, comm);
+  event.after = conserved_quantities(fem_side, *dem_side, ledger, comm);
   activation_events.push_back(event);
 }
 
@@ -173,7 +173,7 @@ void CoupledModel::convert(const std::vector<int> &cells)
   event.cells = static_cast<int>(cells.size());
   const CellStresses stress = stresses_of(cells, false);
 
-  std::vector<std::pair<int, double>> weights; // of ties that hold means, around which particles settle
+  std::vector<std::pair<int, double>> weights; // of ties that hold means, around which particles relax_particles
   if (constraint->tie() == Tie::mean)
     for (const TiedParticle &particle : active_ties())
       weights.emplace_back(particle.index, regions.de_weights()[particle.index]);
@@ -186,10 +186,10 @@ void CoupledModel::convert(const std::vector<int> &cells)
   std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_taken(), comm);
   constraint->place(particles, fem_side);
   event.particles = static_cast<int>(particles.size());
-  std::vector<int> fresh;
+  std::vector<int> added;
   for (const dem::NewParticle &particle : particles)
-    fresh.push_back(particle.index);
-  std::vector<int> settling = fresh;
+    added.push_back(particle.index);
+  std::vector<int> settling = added;
   settling.insert(settling.end(), reweighted.begin(), reweighted.end());
   Accelerations accelerations = project_accelerations(fem_side, packing, settling, comm);
   for (auto &[index, acceleration] : accelerations) // not of what a boundary holds
@@ -201,11 +201,11 @@ void CoupledModel::convert(const std::vector<int> &cells)
   dem_side->insert(particles);
   const std::vector<TiedParticle> ties = active_ties();
   constraint->set_particles(ties);
-  settle(fresh, reweighted, ties, accelerations);
+  relax_particles(added, reweighted, ties, accelerations);
   if (mode == Mode::adaptive)
-    watch.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, constraint->corrector_of(fem_side));
+    monitor.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, constraint->corrector_of(fem_side));
 
-  event.bonds_stored = bonds_between(fresh);
+  event.bonds_stored = bonds_between(added);
   audit_stress(event, stress, stresses_of(cells, true));
   close_event(event);
 }
@@ -216,7 +216,7 @@ void CoupledModel::activate(std::vector<int> cells)
   convert(cells);
 }
 
-void CoupledModel::give_back(std::vector<int> cells)
+void CoupledModel::return_to_continuum(std::vector<int> cells)
 {
   if (cells.empty())
     return;
@@ -243,7 +243,7 @@ void CoupledModel::give_back(std::vector<int> cells)
   dem_side->set_weights(regions.de_weights());
   set_up_forces();
   if (mode == Mode::adaptive)
-    watch.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, constraint->corrector_of(fem_side));
+    monitor.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, constraint->corrector_of(fem_side));
   audit_stress(event, stress, stresses_of(cells, false));
   close_event(event);
 }
@@ -251,21 +251,21 @@ void CoupledModel::give_back(std::vector<int> cells)
 /// Stresses of cells as one of the sides has them.
 CellStresses CoupledModel::stresses_of(const std::vector<int> &cells, bool of_particles)
 {
-  std::vector<char> wanted(fem_side.mesh().n_cells(), 0);
+  std::vector<char> target(fem_side.mesh().n_cells(), 0);
   for (const int cell : cells)
-    wanted[cell] = 1;
+    target[cell] = 1;
   CellStresses stress = CellStresses::Zero(6, cells.size());
   if (of_particles)
   {
-    const CellStresses all = particle_cells.stresses(wanted, fem_side, *dem_side, settings.rock.poisson);
+    const CellStresses all = virial_stress.stresses(target, fem_side, *dem_side, settings.rock.poisson);
     for (std::size_t k = 0; k < cells.size(); ++k)
       stress.col(k) = all.col(cells[k]);
     return stress;
   }
-  const fem::CellStress mine = fem_side.cell_stress();
-  for (std::size_t k = 0; k < mine.cell.size(); ++k)
-    if (wanted[mine.cell[k]])
-      stress.col(std::lower_bound(cells.begin(), cells.end(), mine.cell[k]) - cells.begin()) = mine.sigma.col(k);
+  const fem::CellStress local = fem_side.cell_stress();
+  for (std::size_t k = 0; k < local.cell.size(); ++k)
+    if (target[local.cell[k]])
+      stress.col(std::lower_bound(cells.begin(), cells.end(), local.cell[k]) - cells.begin()) = local.sigma.col(k);
   MPI_Allreduce(MPI_IN_PLACE, stress.data(), static_cast<int>(stress.size()), MPI_DOUBLE, MPI_SUM, comm);
   return stress;
 }
@@ -279,13 +279,13 @@ void CoupledModel::audit_stress(ActivationEvent &event, const CellStresses &befo
 }
 
 /// Stored bonds of particles that come or go to active ones.
-std::int64_t CoupledModel::bonds_between(const std::vector<int> &fresh) const
+std::int64_t CoupledModel::bonds_between(const std::vector<int> &added) const
 {
   std::vector<char> is_new(packing.size(), 0);
-  for (const int i : fresh)
+  for (const int i : added)
     is_new[i] = 1;
   std::int64_t bonds = 0;
-  for (const int i : fresh)
+  for (const int i : added)
     for (const int partner : regions.bonds().partners_of(i))
       bonds += dem_side->is_active()[partner] && (!is_new[partner] || i < partner);
   return bonds;
@@ -304,13 +304,13 @@ std::vector<TiedParticle> CoupledModel::active_ties() const
 /// Gives the particles their weights and moves those of a random packing to places where they rest: the projected field is
 /// smooth, they fluctuate about it, and let go they would ring and overload bonds. What accelerates them is not part of that:
 /// it is the load of a passing wave. Velocities stay as projected.
-void CoupledModel::settle(const std::vector<int> &fresh, const std::vector<int> &reweighted,
-                          const std::vector<TiedParticle> &ties, const Accelerations &accelerations)
+void CoupledModel::relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted,
+                                   const std::vector<TiedParticle> &ties, const Accelerations &accelerations)
 {
   const Tie tie = constraint->tie();
   // In mode dem particles start where bonds are at rest.
   const bool at_rest = settings.relaxation_steps == 0 || (mode == Mode::dem && settings.initial_stress.norm() == 0.);
-  std::vector<int> moving = fresh;
+  std::vector<int> moving = added;
   if (tie == Tie::rigid)
   {
     std::vector<char> tied(packing.size(), 0);
@@ -353,12 +353,12 @@ std::vector<char> CoupledModel::damaged_particles() const
 {
   const dem::Particles particles = dem_side->particles();
   const std::vector<double> damage = dem_side->damage();
-  std::vector<int> mine;
+  std::vector<int> local;
   for (int i = 0; i < particles.n && i < static_cast<int>(damage.size()); ++i)
     if (damage[i] > 0.)
-      mine.push_back(particles.index[i]);
+      local.push_back(particles.index[i]);
   std::vector<char> damaged(packing.size(), 0);
-  for (const int index : gather_all(mine, MPI_INT, comm))
+  for (const int index : gather_all(local, MPI_INT, comm))
     damaged[index] = 1;
   return damaged;
 }
@@ -393,8 +393,8 @@ ToolForce CoupledModel::take_tool_force()
 EnergyLedger CoupledModel::energies() const
 {
   const ConstraintEnergy tie = constraint->energy();
-  double sums[7] = {tie.stored,         tie.dissipated, tool_work.local(), boundary_work.local(), absorbing_work.local(),
-                    loose_work.local(), loose.stored()};
+  double sums[7] = {tie.stored,          tie.dissipated, tool_work.local(), boundary_work.local(), absorbing_work.local(),
+                    debris_work.local(), loose.stored()};
   MPI_Allreduce(MPI_IN_PLACE, sums, 7, MPI_DOUBLE, MPI_SUM, comm);
   const dem::Energies particles = dem_side->energies();
   const fem::Energies continuum = fem_side.energies();
@@ -405,8 +405,8 @@ EnergyLedger CoupledModel::energies() const
   ledger.coupling = sums[0];
   ledger.interface = sums[1];
   ledger.damping = particles.damping;
-  const double on_loose = sums[5] + continuum.surface[static_cast<int>(fem::SurfaceLoad::loose)];
-  ledger.friction = particles.friction - on_loose - sums[6]; // what their contacts neither store nor give back
+  const double on_debris = sums[5] + continuum.surface[static_cast<int>(fem::SurfaceLoad::loose)];
+  ledger.friction = particles.friction - on_debris - sums[6]; // what their contacts neither store nor give back
   ledger.released = particles.released;
   ledger.absorbed = continuum.absorbed - sums[4];
   ledger.tool_work = sums[2] + continuum.surface[static_cast<int>(fem::SurfaceLoad::tool)];

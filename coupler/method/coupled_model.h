@@ -27,7 +27,7 @@ struct ActivationEvent
   int cells = 0;                 ///< converted to particles; negative: given back to the finite elements
   int particles = 0;             ///< taken from the store; negative: put back
   std::int64_t bonds_stored = 0; ///< between these and any active particle; before and after must differ by them
-  Inventory before, after;
+  ConservedQuantities before, after;
   double stress = 0.;      ///< root mean square over the cells of the stress before [Pa]
   double stress_jump = 0.; ///< of the stress after less the stress before [Pa]
 };
@@ -61,7 +61,7 @@ public:
   void activate(std::vector<int> cells);
 
   /// Makes converted @p cells finite elements again, whatever their state (studies): their bonds should be intact. Collective.
-  void give_back(std::vector<int> cells);
+  void return_to_continuum(std::vector<int> cells);
 
   /// Computes the forces anew after positions were changed from outside. Collective.
   void set_up_forces();
@@ -78,7 +78,7 @@ public:
   const Overlap &overlap() const { return regions; }
   const Tool &tool() const { return cutter; }
   const ActivationRule &rule() const { return activation; }
-  const LooseContact &loose_particles() const { return loose; }
+  const DebrisContact &debris() const { return loose; }
   const std::vector<ActivationEvent> &events() const { return activation_events; }
   int n_overlap_particles() const { return constraint->n_particles(); }
   StepTimer &timer() { return clock; }
@@ -90,10 +90,10 @@ private:
   void close_event(ActivationEvent &event);
   CellStresses stresses_of(const std::vector<int> &cells, bool of_particles);
   void audit_stress(ActivationEvent &event, const CellStresses &before, const CellStresses &after) const;
-  std::int64_t bonds_between(const std::vector<int> &fresh) const;
+  std::int64_t bonds_between(const std::vector<int> &added) const;
   std::vector<TiedParticle> active_ties() const;
-  void settle(const std::vector<int> &fresh, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties,
-              const std::unordered_map<int, Eigen::Vector3d> &accelerations);
+  void relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties,
+                       const std::unordered_map<int, Eigen::Vector3d> &accelerations);
   std::vector<char> damaged_particles() const;
   void particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &));
 
@@ -107,15 +107,15 @@ private:
   std::unique_ptr<dem::DemSide> dem_side;
   Overlap regions;
   ActivationRule activation;
-  ParticleCells particle_cells;
-  ReturnRule give_back_rule;
+  VirialStress virial_stress;
+  ReturnRule return_rule;
   ParticleBoundary boundary;
   ParticleLoads loads;
   std::unique_ptr<Constraint> constraint;
-  StabilityWatch watch;
+  StabilityMonitor monitor;
   Tool cutter;
-  LooseContact loose;
-  OuterWork tool_work, loose_work, boundary_work, absorbing_work; // on particles
+  DebrisContact loose;
+  ParticleWork tool_work, debris_work, boundary_work, absorbing_work; // on particles
   ForceCatcher tool_forces;
 
   bool relaxing = false; // new particles are moved to rest, time stands still

@@ -14,7 +14,7 @@ namespace kerf::dem
 /// and its branches share the distance like the radii times the weights. The torque on particle i is then w_i times that of the
 /// bond without weights: wherever these balance, as in a body under uniform strain, they do so with any weights.
 /// A particle of little weight has a short branch and would turn as it likes, so bonds resist that their ends turn apart; see
-/// bond_rolling(). Under uniform strain they do not.
+/// rolling_resistance(). Under uniform strain they do not.
 /// @return radius times weight [m]; bonds of particles without weight have a contact point, too.
 inline double weighted_radius(double radius, double weight)
 {
@@ -39,7 +39,7 @@ inline double bond_weight(const BondEnd &first, const BondEnd &second)
 
 /// Stiffness against turning apart, over that of an unweighted bond against shear times its length squared [-]: with it
 /// particles without weight are held as they would be at the end of half of the length.
-inline double bond_rolling(const BondEnd &first, const BondEnd &second)
+inline double rolling_resistance(const BondEnd &first, const BondEnd &second)
 {
   const double a = first.weighted * second.radius, b = second.weighted * first.radius;
   const double difference = (a - b) / (a + b);

@@ -129,7 +129,7 @@ template <int dim, typename Real>
 }
 
 /// Of a bond that resists that its ends turn apart, on the first particle; the second one gets the opposite [N m].
-/// @param rolling see bond_rolling()
+/// @param rolling see rolling_resistance()
 template <int dim, typename Real>
 [[gnu::always_inline]] inline Spin<dim, Real> rolling_torque(const Real &rolling, const Real &rest_length,
                                                              const Vector<dim, Real> &first, const Vector<dim, Real> &second,

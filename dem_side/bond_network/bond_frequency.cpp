@@ -13,7 +13,7 @@ namespace kerf::dem
 namespace
 {
 /// Upper estimate of the largest eigenvalue by Lanczos iteration: the largest Ritz value plus its residual. Without
-/// reorthogonalisation, since only the outer end of the spectrum is wanted.
+/// reorthogonalisation, since only the outer end of the spectrum is target.
 /// @param multiply called as multiply(x, y): y = A x of the symmetric operator on vectors of length @p n.
 template <typename Multiply>
 double largest_eigenvalue(const int n, const Multiply &multiply)

@@ -34,7 +34,7 @@ NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stor
       const double length = branch.norm(), lever = length * first.weighted / (first.weighted + second.weighted);
       bonds.push_back({dofs * p, dofs * static_cast<int>(other - particles.begin()), branch / length, lever, length - lever,
                        of_bond * material.k_n, of_bond * material.k_t,
-                       bond_rolling(first, second) * material.k_t * length * length});
+                       rolling_resistance(first, second) * material.k_t * length * length});
     }
     const double mass = material.density * packing.volume(i) * mass_weight(i, packing, stored_bonds, active, weight);
     inertia.segment(dofs * p, dim).setConstant(mass);

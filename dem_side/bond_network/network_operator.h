@@ -41,7 +41,7 @@ private:
     Eigen::Vector3d normal;   ///< from the first to the second
     double lever, reach;      ///< from the first, from the second centre to the contact point [m]
     double normal_k, shear_k; ///< weighted stiffness [N/m]
-    double rolling_k;         ///< of turning apart, see bond_rolling() [N m]
+    double rolling_k;         ///< of turning apart, see rolling_resistance() [N m]
   };
   template <int dim>
   void add_homogeneous_in(const Eigen::Matrix3d &strain, Eigen::Ref<Eigen::VectorXd> y) const;

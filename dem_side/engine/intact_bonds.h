@@ -31,7 +31,7 @@ public:
     law::Vector<dim> normal; ///< from the first to the second particle as stored
     double rest_length;      ///< [m]
     double weight;           ///< [-]
-    double rolling;          ///< see bond_rolling()
+    double rolling;          ///< see rolling_resistance()
     double viscosity;        ///< normal [N s/m]
     Place place;
   };

@@ -16,7 +16,7 @@ double count_below(const std::vector<double> &counts, double place)
   return std::accumulate(counts.begin(), counts.begin() + bin, 0.) + (at - static_cast<double>(bin)) * counts[bin];
 }
 
-/// Moves inner borders up, then down, as little as gives every slab its width.
+/// Moves inner borders up, then down, as little as gives every segment its width.
 void widen(Borders &borders, double thinnest)
 {
   const std::size_t last = borders.size() - 1;
@@ -27,32 +27,32 @@ void widen(Borders &borders, double thinnest)
 }
 } // namespace
 
-Borders balanced_borders(const std::vector<double> &counts, int n_slabs, double thinnest)
+Borders balanced_borders(const std::vector<double> &counts, int n_segments, double thinnest)
 {
-  Borders borders(n_slabs + 1);
-  for (int k = 0; k <= n_slabs; ++k)
-    borders[k] = static_cast<double>(k) / n_slabs;
+  Borders borders(n_segments + 1);
+  for (int k = 0; k <= n_segments; ++k)
+    borders[k] = static_cast<double>(k) / n_segments;
   const double total = std::accumulate(counts.begin(), counts.end(), 0.);
-  if (total <= 0. || n_slabs * thinnest >= 1.)
+  if (total <= 0. || n_segments * thinnest >= 1.)
     return borders;
   double below = 0.;
   std::size_t bin = 0;
-  for (int k = 1; k < n_slabs; ++k)
+  for (int k = 1; k < n_segments; ++k)
   {
-    const double wanted = total * k / n_slabs;
-    while (below + counts[bin] < wanted)
+    const double target = total * k / n_segments;
+    while (below + counts[bin] < target)
       below += counts[bin++];
-    borders[k] = (static_cast<double>(bin) + (wanted - below) / counts[bin]) / static_cast<double>(counts.size());
+    borders[k] = (static_cast<double>(bin) + (target - below) / counts[bin]) / static_cast<double>(counts.size());
   }
   widen(borders, thinnest);
   return borders;
 }
 
-Borders approach(const Borders &borders, const Borders &wanted, double thinnest)
+Borders approach(const Borders &borders, const Borders &target, double thinnest)
 {
   Borders result = borders;
   for (std::size_t k = 1; k + 1 < borders.size(); ++k)
-    result[k] = std::clamp(wanted[k], borders[k - 1] + thinnest, borders[k + 1] - thinnest);
+    result[k] = std::clamp(target[k], borders[k - 1] + thinnest, borders[k + 1] - thinnest);
   widen(result, thinnest);
   return result;
 }

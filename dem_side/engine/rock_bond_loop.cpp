@@ -118,7 +118,7 @@ void RockBondLoop<dim>::load_constants()
 template <int dim>
 void RockBondLoop<dim>::collect_pairs()
 {
-  loose_pairs.clear();
+  debris_pairs.clear();
   listed.clear();
   typename IntactBonds<dim>::Place place;
   for_each_pair(
@@ -130,7 +130,7 @@ void RockBondLoop<dim>::collect_pairs()
         listed.push_back({pair.first, pair.second, pair.sign * vector<dim>(history.vector), history.rest_length, pair.weight,
                           pair.rolling, viscosity(pair), place});
       else
-        loose_pairs.push_back(loose(pair, history, flag));
+        debris_pairs.push_back(loose(pair, history, flag));
     });
   intact.assign(listed);
 }
@@ -175,7 +175,7 @@ void RockBondLoop<dim>::load_rows(bool step)
       row.velocity = vector<dim>(v + 3 * i);
       row.spin = spin<dim>(omega + 3 * i);
     }
-    if (!loose_pairs.empty() && !looked_from.empty())
+    if (!debris_pairs.empty() && !looked_from.empty())
       for (int i = begin; i < begin + count; ++i)
         moved = std::max(moved, (rows[i].position - looked_from[i]).squaredNorm());
   }
@@ -188,9 +188,9 @@ void RockBondLoop<dim>::find_near_pairs()
   if (!looked_from.empty() && moved < 0.25 * gap * gap)
     return;
   near_pairs.clear();
-  for (int k = 0; k < static_cast<int>(loose_pairs.size()); ++k)
+  for (int k = 0; k < static_cast<int>(debris_pairs.size()); ++k)
   {
-    const LoosePair &loose = loose_pairs[k];
+    const DebrisPair &loose = debris_pairs[k];
     const double distance = (rows[loose.pair.second].position - rows[loose.pair.first].position).norm();
     // A contact that has opened still has a spring to give up.
     if (distance < loose.length + gap || !vector<dim>(loose.history->vector).isZero(0.))
@@ -237,7 +237,7 @@ void RockBondLoop<dim>::pair_forces(bool step)
     looked_from.clear();
   }
   load_rows(step);
-  if (!loose_pairs.empty())
+  if (!debris_pairs.empty())
     find_near_pairs();
   if (parameters.bond.damping > 0.)
     add_pair_loads<true>(step);
@@ -251,7 +251,7 @@ template <bool damped>
 void RockBondLoop<dim>::add_pair_loads(bool step)
 {
   for (const int k : near_pairs)
-    contact<damped>(loose_pairs[k], step, false);
+    contact<damped>(debris_pairs[k], step, false);
   // After the contacts: what breaks becomes one and has its loads already.
   if (intact.template add_loads<damped>(rows, parameters.bond, lmp.neighbor->contactDistanceFactor, step,
                                         [this](const auto &bond) { break_bond<damped>(bond); }))
@@ -262,7 +262,7 @@ template <int dim>
 typename RockBondLoop<dim>::OrderedPair RockBondLoop<dim>::ordered(int i, int j) const
 {
   const BondEnd first{rows[i].radius, rows[i].weighted_radius}, second{rows[j].radius, rows[j].weighted_radius};
-  const double weight = bond_weight(first, second), rolling = bond_rolling(first, second);
+  const double weight = bond_weight(first, second), rolling = rolling_resistance(first, second);
   if (j < lmp.atom->nlocal)
     return {i, j, 1., 1., weight, rolling};
   if (lmp.atom->tag[i] < lmp.atom->tag[j])
@@ -271,7 +271,7 @@ typename RockBondLoop<dim>::OrderedPair RockBondLoop<dim>::ordered(int i, int j)
 }
 
 template <int dim>
-typename RockBondLoop<dim>::LoosePair RockBondLoop<dim>::loose(const OrderedPair &pair, PairHistory &history, int &flag) const
+typename RockBondLoop<dim>::DebrisPair RockBondLoop<dim>::loose(const OrderedPair &pair, PairHistory &history, int &flag) const
 {
   const double radii = rows[pair.first].radius + rows[pair.second].radius;
   return {pair, law::contact_length(radii, history.rest_length), viscosity(pair), &history, &flag};
@@ -358,7 +358,7 @@ void add_damping(ParticleRow<dim> &first, ParticleRow<dim> &second, const law::P
 /// Contact without a bond: unilateral, with Coulomb friction.
 template <int dim>
 template <bool damped>
-typename RockBondLoop<dim>::ContactSprings RockBondLoop<dim>::contact(const LoosePair &loose, bool step, bool just_broken)
+typename RockBondLoop<dim>::ContactSprings RockBondLoop<dim>::contact(const DebrisPair &loose, bool step, bool just_broken)
 {
   const OrderedPair &pair = loose.pair;
   Row &first = rows[pair.first], &second = rows[pair.second];
@@ -428,9 +428,9 @@ void RockBondLoop<dim>::break_bond(const typename IntactBonds<dim>::Failing &bon
   history.state = PairHistory::broken;
   Eigen::Map<Eigen::Vector3d>(history.vector).setZero();
   vector<dim>(history.vector) = pair.sign * strain.shear;
-  near_pairs.push_back(static_cast<int>(loose_pairs.size()));
-  loose_pairs.push_back(loose(pair, history, gran.listgranhistory->firstneigh[i][n]));
-  const ContactSprings left = contact<damped>(loose_pairs.back(), true, true);
+  near_pairs.push_back(static_cast<int>(debris_pairs.size()));
+  debris_pairs.push_back(loose(pair, history, gran.listgranhistory->firstneigh[i][n]));
+  const ContactSprings left = contact<damped>(debris_pairs.back(), true, true);
   const double missing = 0.5 * parameters.time_step * (power_of_bond - left.power);
   dissipation.released += pair.share * (energy - left.energy + missing);
 }
@@ -563,17 +563,17 @@ double RockBondLoop<dim>::elastic_energy()
 }
 
 template <int dim>
-std::vector<ActiveBond> RockBondLoop<dim>::bonds(const std::vector<char> &wanted)
+std::vector<ActiveBond> RockBondLoop<dim>::bonds(const std::vector<char> &target)
 {
   std::vector<ActiveBond> bonds;
-  bonds.reserve(wanted.empty() ? intact.size() : intact.size() / 4);
+  bonds.reserve(target.empty() ? intact.size() : intact.size() / 4);
   const int *tag = lmp.atom->tag;
   for_each_pair(
     [&](int i, int j, const PairHistory &history, int)
     {
       if (history.state != PairHistory::intact || (j >= lmp.atom->nlocal && tag[i] > tag[j]))
         return;
-      if (!wanted.empty() && !wanted[tag[i] - 1] && !wanted[tag[j] - 1])
+      if (!target.empty() && !target[tag[i] - 1] && !target[tag[j] - 1])
         return;
       OrderedPair pair = ordered(i, j);
       if (tag[i] > tag[j])

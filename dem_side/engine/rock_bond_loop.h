@@ -28,7 +28,7 @@ public:
     : RockBondStyle(lmp, gran, hash, parameters)
   {
   }
-  std::vector<ActiveBond> bonds(const std::vector<char> &wanted) override;
+  std::vector<ActiveBond> bonds(const std::vector<char> &target) override;
   double elastic_energy() override;
 
 private:
@@ -44,7 +44,7 @@ private:
     double weight, rolling; ///< see bond_weight.h
   };
   /// A near pair without an intact bond.
-  struct LoosePair
+  struct DebrisPair
   {
     OrderedPair pair;
     double length;    ///< distance at which the contact begins [m]
@@ -68,11 +68,11 @@ private:
     double energy = 0., power = 0.;
   };
   template <bool damped>
-  ContactSprings contact(const LoosePair &loose, bool step, bool just_broken);
+  ContactSprings contact(const DebrisPair &loose, bool step, bool just_broken);
   template <bool damped>
   void break_bond(const typename IntactBonds<dim>::Failing &bond);
   OrderedPair ordered(int i, int j) const;
-  LoosePair loose(const OrderedPair &pair, PairHistory &history, int &flag) const;
+  DebrisPair loose(const OrderedPair &pair, PairHistory &history, int &flag) const;
   law::Pair<dim> geometry(const OrderedPair &pair) const;
   law::Pair<dim> bond_geometry(const OrderedPair &pair) const; ///< with the branches of a weighted bond
   /// The reference normal of a bond, turned with either particle.
@@ -88,7 +88,7 @@ private:
   std::vector<Load<dim>> viscous; ///< part of the loads on local particles
   IntactBonds<dim> intact;
   std::vector<typename IntactBonds<dim>::Bond> listed; ///< what they were assigned, kept for its memory
-  std::vector<LoosePair> loose_pairs;
+  std::vector<DebrisPair> debris_pairs;
   // Most loose pairs are apart. They are looked at again when a particle has moved by half the gap that near ones are within.
   std::vector<int> near_pairs;
   std::vector<Vector> looked_from; ///< positions of the rows when near pairs were found

@@ -178,7 +178,7 @@ void RockBondStyle::compute_force(LAMMPS_NS::PairGran *, int, int, int)
     refresh_ghosts();
   if (step)
     ++steps;
-  if (!fresh.empty())
+  if (!added.empty())
   {
     create_bonds();
     if (own_store != nullptr)
@@ -241,7 +241,7 @@ void RockBondStyle::create_bonds()
     [&](int i, int j, PairHistory &history, int &flag)
     {
       const int a = tag[i] - 1, b = tag[j] - 1;
-      if (std::max(a, b) >= packing.size() || !(fresh[a] || fresh[b]) || !parameters.stored_bonds->bonded(a, b))
+      if (std::max(a, b) >= packing.size() || !(added[a] || added[b]) || !parameters.stored_bonds->bonded(a, b))
         return;
       const Eigen::Vector3d stored = packing.branch(a, b);
       history.state = PairHistory::intact;
@@ -250,7 +250,7 @@ void RockBondStyle::create_bonds()
       flag = 1;
       made += j < n_local ? 2 : 1;
     });
-  fresh.clear();
+  added.clear();
   MPI_Allreduce(&made, &bond_ends_made, 1, MPI_INT64_T, MPI_SUM, lmp.world);
   bond_ends_at_build += bond_ends_made;
 }

@@ -62,7 +62,7 @@ public:
   static RockBondStyle *of(LAMMPS_NS::LAMMPS &lmp);
 
   const ForceHook *hook = nullptr; ///< called in every force computation
-  std::vector<char> fresh;         ///< by index: inserted, its bonds are not created yet. Empty: nothing to create
+  std::vector<char> added;         ///< by index: inserted, its bonds are not created yet. Empty: nothing to create
   std::int64_t bond_ends_made = 0; ///< by the last creation, over all ranks: twice the number of bonds
   std::int64_t n_particles = 0;    ///< over all ranks that the next list build will find if none leaves the domain
   std::int64_t steps = 0;          ///< since the start
@@ -78,7 +78,7 @@ public:
   void set_weight(int local, double weight);
   double broken_count(int local) const;  ///< bonds of a particle that broke
   std::int64_t intact_bond_ends() const; ///< of this rank: 2 for a bond inside, 1 for one across ranks
-  virtual std::vector<ActiveBond> bonds(const std::vector<char> &wanted) = 0; ///< see DemSide::bonds()
+  virtual std::vector<ActiveBond> bonds(const std::vector<char> &target) = 0; ///< see DemSide::bonds()
   virtual double elastic_energy() = 0;                                        ///< of this rank [J]
   Energies energies();                                                        ///< of all ranks. Collective
 

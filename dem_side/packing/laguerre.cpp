@@ -103,7 +103,7 @@ private:
 };
 } // namespace
 
-Eigen::VectorXd laguerre_volumes(const Packing &packing, const std::vector<char> &wanted)
+Eigen::VectorXd laguerre_volumes(const Packing &packing, const std::vector<char> &target)
 {
   Eigen::VectorXd volumes = Eigen::VectorXd::Zero(packing.size());
   if (packing.size() == 0)
@@ -114,20 +114,20 @@ Eigen::VectorXd laguerre_volumes(const Packing &packing, const std::vector<char>
     .for_each_pair(
       [&](int i, int j)
       {
-        if (!wanted[i] && !wanted[j])
+        if (!target[i] && !target[j])
           return;
         const double distance = packing.branch(i, j).norm();
         if (distance >= sight || distance == 0.)
           return;
-        if (wanted[i])
+        if (target[i])
           neighbours[i].emplace_back(distance, j);
-        if (wanted[j])
+        if (target[j])
           neighbours[j].emplace_back(distance, i);
       });
   const double half_height = packing.dim == 2 ? 0.5 : 1.25; // lengths in units; in 2D a slice of height 1
   for (int i = 0; i < packing.size(); ++i)
   {
-    if (!wanted[i])
+    if (!target[i])
       continue;
     std::sort(neighbours[i].begin(), neighbours[i].end());
     ConvexCell cell({1.25, 1.25, half_height});

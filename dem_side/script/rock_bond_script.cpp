@@ -66,7 +66,7 @@ void RockBondStyle::take_store(const std::string &path)
   own_store = std::make_unique<OwnStore>(std::move(packing));
   parameters.packing = &own_store->packing;
   parameters.stored_bonds = &own_store->bonds;
-  fresh.assign(own_store->packing.bonds.empty() ? 0 : own_store->packing.size(), 1);
+  added.assign(own_store->packing.bonds.empty() ? 0 : own_store->packing.size(), 1);
   own_store->reach = own_store->packing.bonds.empty() ? 1. : list_reach(own_store->packing, parameters.bond);
   double &factor = lmp.neighbor->contactDistanceFactor;
   factor = std::max(factor, own_store->reach);

@@ -4,7 +4,7 @@
 namespace kerf::fem
 {
 template <int dim>
-OuterLoads<dim>::OuterLoads(const Mesh &mesh, const Settings &settings, const Eigen::Matrix3d &first_piola)
+ExternalLoads<dim>::ExternalLoads(const Mesh &mesh, const Settings &settings, const Eigen::Matrix3d &first_piola)
 {
   for (const BoundaryCondition &condition : settings.boundary_conditions)
   {
@@ -31,7 +31,7 @@ OuterLoads<dim>::OuterLoads(const Mesh &mesh, const Settings &settings, const Ei
 }
 
 template <int dim>
-void OuterLoads<dim>::assemble(const NodalSpace<dim> &space, const Surface<dim> &surface, const NodalVector &mass)
+void ExternalLoads<dim>::assemble(const NodalSpace<dim> &space, const Surface<dim> &surface, const NodalVector &mass)
 {
   for (Load &load : loads)
   {
@@ -62,7 +62,7 @@ void OuterLoads<dim>::assemble(const NodalSpace<dim> &space, const Surface<dim> 
 }
 
 template <int dim>
-void OuterLoads<dim>::add_forces(const double time, double *f) const
+void ExternalLoads<dim>::add_forces(const double time, double *f) const
 {
   for (const Load &load : loads)
   {
@@ -73,7 +73,7 @@ void OuterLoads<dim>::add_forces(const double time, double *f) const
 }
 
 template <int dim>
-double OuterLoads<dim>::power(const double time, const double *v) const
+double ExternalLoads<dim>::power(const double time, const double *v) const
 {
   double sum = 0.;
   for (const Load &load : loads)
@@ -86,6 +86,6 @@ double OuterLoads<dim>::power(const double time, const double *v) const
   return sum;
 }
 
-template class OuterLoads<2>;
-template class OuterLoads<3>;
+template class ExternalLoads<2>;
+template class ExternalLoads<3>;
 } // namespace kerf::fem

@@ -9,11 +9,11 @@ namespace kerf::fem
 {
 /// Forces that do not depend on the motion: tractions on boundary faces, per reference area and fixed in direction, and weight.
 template <int dim>
-class OuterLoads
+class ExternalLoads
 {
 public:
   /// @p first_piola: stress that the faces of kinds in_situ and absorbing hold [Pa]
-  OuterLoads(const Mesh &mesh, const Settings &settings, const Eigen::Matrix3d &first_piola);
+  ExternalLoads(const Mesh &mesh, const Settings &settings, const Eigen::Matrix3d &first_piola);
 
   /// Consistent nodal forces for the present weights of the faces; the weight of a node is its lumped mass. Collective.
   void assemble(const NodalSpace<dim> &space, const Surface<dim> &surface, const NodalVector &mass);

@@ -6,15 +6,15 @@ namespace kerf::fem
 template <int dim>
 CellKernel<dim>::CellKernel(const Material &material, const Strain strain, const Integration integration)
   : finite_law(material.lame_lambda(), material.lame_mu()), linear_law(material.lame_lambda(), material.lame_mu()),
-    strain(strain), integration(integration), point_cells(integration == Integration::selective)
+    strain(strain), integration(integration), full_integration(integration == Integration::selective)
 {
 }
 
 template <int dim>
 void CellKernel<dim>::clear()
 {
-  point_cells.clear();
-  one_point_cells.clear();
+  full_integration.clear();
+  one_point_integration.clear();
   n_added = 0;
   node_dofs.clear();
   node_places.clear();
@@ -45,15 +45,15 @@ void CellKernel<dim>::add_cell(const std::array<int, n> &first_dofs, const q1::N
   const CellGeometry<dim> cell(X, alpha);
   if (integration == Integration::one_point)
   {
-    if (one_point_cells.empty() || one_point_cells.back().is_arranged())
-      one_point_cells.emplace_back();
-    one_point_cells.back().add_cell(number, cell);
+    if (one_point_integration.empty() || one_point_integration.back().is_arranged())
+      one_point_integration.emplace_back();
+    one_point_integration.back().add_cell(number, cell);
   }
   else
   {
     for (int &a : number)
       a *= node_stride<dim>;
-    point_cells.add_cell(number, cell);
+    full_integration.add_cell(number, cell);
     node_values.resize(node_stride<dim> * node_dofs.size(), 0.);
   }
   ++n_added;
@@ -78,7 +78,7 @@ template <int dim>
 template <typename Law>
 void CellKernel<dim>::subtract_forces(const Law &law, const double *u, double *f) const
 {
-  for (OnePointCells<dim> &cells : one_point_cells)
+  for (OnePointIntegration<dim> &cells : one_point_integration)
   {
     cells.arrange(node_dofs);
     cells.subtract_forces(law, u, f);
@@ -87,7 +87,7 @@ void CellKernel<dim>::subtract_forces(const Law &law, const double *u, double *f
     return;
   read_nodes(u);
   double *node = node_values.data(), *node_f = node + node_width<dim>;
-  point_cells.add_forces(law, node, node_f);
+  full_integration.add_forces(law, node, node_f);
   for (const int dof : node_dofs)
   {
     for (int c = 0; c < dim; ++c)
@@ -101,7 +101,7 @@ template <typename Law>
 double CellKernel<dim>::energy(const Law &law, const double *u) const
 {
   double sum = 0.;
-  for (OnePointCells<dim> &cells : one_point_cells)
+  for (OnePointIntegration<dim> &cells : one_point_integration)
   {
     cells.arrange(node_dofs);
     sum += cells.energy(law, u);
@@ -109,7 +109,7 @@ double CellKernel<dim>::energy(const Law &law, const double *u) const
   if (integration == Integration::one_point)
     return sum;
   read_nodes(u);
-  return point_cells.energy(law, node_values.data());
+  return full_integration.energy(law, node_values.data());
 }
 
 template <int dim>

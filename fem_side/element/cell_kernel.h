@@ -48,9 +48,9 @@ private:
   LinearisedLaw linear_law;
   Strain strain;
   Integration integration;
-  PointCells<dim> point_cells;
+  FullIntegration<dim> full_integration;
   /// Arranged at their first use; cells that are added later are arranged apart.
-  mutable std::vector<OnePointCells<dim>> one_point_cells;
+  mutable std::vector<OnePointIntegration<dim>> one_point_integration;
   int n_added = 0;
 
   // Nodes of the cells in the order of the cells, so that what is needed together lies together.

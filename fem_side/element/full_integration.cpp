@@ -136,7 +136,7 @@ template <int dim, bool mean_dilatation, typename Law, typename Geometry>
 } // namespace
 
 template <int dim>
-void PointCells<dim>::clear()
+void FullIntegration<dim>::clear()
 {
   mapped.clear();
   uniform_mapped.clear();
@@ -145,7 +145,7 @@ void PointCells<dim>::clear()
 }
 
 template <int dim>
-void PointCells<dim>::add_cell(const int (&offset)[n], const CellGeometry<dim> &cell)
+void FullIntegration<dim>::add_cell(const int (&offset)[n], const CellGeometry<dim> &cell)
 {
   const auto set_mapping = [&](auto &lanes, const int l)
   {
@@ -187,7 +187,7 @@ void PointCells<dim>::add_cell(const int (&offset)[n], const CellGeometry<dim> &
 
 template <int dim>
 template <bool mean, typename Law>
-void PointCells<dim>::add_forces_of(const Law &law, const double *u, double *f) const
+void FullIntegration<dim>::add_forces_of(const Law &law, const double *u, double *f) const
 {
   using Coefficients = Lanes[n][dim];
   const auto of_points = [&law](const auto &geometry, const Coefficients &c, Coefficients &r)
@@ -205,7 +205,7 @@ void PointCells<dim>::add_forces_of(const Law &law, const double *u, double *f) 
 
 template <int dim>
 template <bool mean, typename Law>
-double PointCells<dim>::energy_of(const Law &law, const double *u) const
+double FullIntegration<dim>::energy_of(const Law &law, const double *u) const
 {
   using Coefficients = Lanes[n][dim];
   const auto of_cell = [&law](const auto &geometry, const Coefficients &c)
@@ -216,7 +216,7 @@ double PointCells<dim>::energy_of(const Law &law, const double *u) const
 
 template <int dim>
 template <typename Law>
-void PointCells<dim>::add_forces(const Law &law, const double *u, double *f) const
+void FullIntegration<dim>::add_forces(const Law &law, const double *u, double *f) const
 {
   if (mean_dilatation)
     add_forces_of<true>(law, u, f);
@@ -226,19 +226,19 @@ void PointCells<dim>::add_forces(const Law &law, const double *u, double *f) con
 
 template <int dim>
 template <typename Law>
-double PointCells<dim>::energy(const Law &law, const double *u) const
+double FullIntegration<dim>::energy(const Law &law, const double *u) const
 {
   return mean_dilatation ? energy_of<true>(law, u) : energy_of<false>(law, u);
 }
 
-template class PointCells<2>;
-template class PointCells<3>;
-template void PointCells<2>::add_forces(const StVenantKirchhoff &, const double *, double *) const;
-template void PointCells<3>::add_forces(const StVenantKirchhoff &, const double *, double *) const;
-template void PointCells<2>::add_forces(const LinearisedLaw &, const double *, double *) const;
-template void PointCells<3>::add_forces(const LinearisedLaw &, const double *, double *) const;
-template double PointCells<2>::energy(const StVenantKirchhoff &, const double *) const;
-template double PointCells<3>::energy(const StVenantKirchhoff &, const double *) const;
-template double PointCells<2>::energy(const LinearisedLaw &, const double *) const;
-template double PointCells<3>::energy(const LinearisedLaw &, const double *) const;
+template class FullIntegration<2>;
+template class FullIntegration<3>;
+template void FullIntegration<2>::add_forces(const StVenantKirchhoff &, const double *, double *) const;
+template void FullIntegration<3>::add_forces(const StVenantKirchhoff &, const double *, double *) const;
+template void FullIntegration<2>::add_forces(const LinearisedLaw &, const double *, double *) const;
+template void FullIntegration<3>::add_forces(const LinearisedLaw &, const double *, double *) const;
+template double FullIntegration<2>::energy(const StVenantKirchhoff &, const double *) const;
+template double FullIntegration<3>::energy(const StVenantKirchhoff &, const double *) const;
+template double FullIntegration<2>::energy(const LinearisedLaw &, const double *) const;
+template double FullIntegration<3>::energy(const LinearisedLaw &, const double *) const;
 } // namespace kerf::fem

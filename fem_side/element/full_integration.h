@@ -11,12 +11,12 @@ namespace kerf::fem
 /// the cell, which does not lock when the rock is nearly incompressible (B-bar, Hughes 1980; with Green's strain the mean is
 /// that of tr E, so that forces are still the derivative of an energy).
 template <int dim>
-class PointCells
+class FullIntegration
 {
 public:
   static constexpr int n = q1::n_nodes<dim>;
 
-  explicit PointCells(const bool mean_dilatation) : mean_dilatation(mean_dilatation) {}
+  explicit FullIntegration(const bool mean_dilatation) : mean_dilatation(mean_dilatation) {}
 
   void clear();
   /// @p offset: places of the nodes in the arrays below.

@@ -133,7 +133,7 @@ template <std::size_t n>
   return weight[q];
 }
 
-/// The Gauss points of a batch. @p Geometry: of PointCells.
+/// The Gauss points of a batch. @p Geometry: of FullIntegration.
 template <int dim, typename Geometry, typename = void>
 class Points
 {

@@ -77,7 +77,7 @@ struct EnergyOfCell
 } // namespace
 
 template <int dim>
-void OnePointCells<dim>::add_cell(const int (&node)[n], const CellGeometry<dim> &cell)
+void OnePointIntegration<dim>::add_cell(const int (&node)[n], const CellGeometry<dim> &cell)
 {
   const double total_weight = cell.total_weight();
   if (cell.uniform)
@@ -113,7 +113,7 @@ void OnePointCells<dim>::add_cell(const int (&node)[n], const CellGeometry<dim> 
 }
 
 template <int dim>
-void OnePointCells<dim>::add_single(const int c)
+void OnePointIntegration<dim>::add_single(const int c)
 {
   const UniformCell &cell = waiting_uniform[c];
   if (cell.box)
@@ -134,7 +134,7 @@ void OnePointCells<dim>::add_single(const int c)
 }
 
 template <int dim>
-void OnePointCells<dim>::add_patches(const std::vector<std::array<int, P::n_cells>> &patches, const bool of_boxes)
+void OnePointIntegration<dim>::add_patches(const std::vector<std::array<int, P::n_cells>> &patches, const bool of_boxes)
 {
   for (const auto &patch : patches)
   {
@@ -170,7 +170,7 @@ void OnePointCells<dim>::add_patches(const std::vector<std::array<int, P::n_cell
 }
 
 template <int dim>
-void OnePointCells<dim>::arrange(const std::vector<int> &node_dofs)
+void OnePointIntegration<dim>::arrange(const std::vector<int> &node_dofs)
 {
   if (arranged)
     return;
@@ -217,7 +217,7 @@ void OnePointCells<dim>::arrange(const std::vector<int> &node_dofs)
 
 template <int dim>
 template <typename Law>
-void OnePointCells<dim>::subtract_forces(const Law &law, const double *u, double *f) const
+void OnePointIntegration<dim>::subtract_forces(const Law &law, const double *u, double *f) const
 {
   int batch = 0;
   const auto before = [&] { nodes.read(batch, u); };
@@ -233,7 +233,7 @@ void OnePointCells<dim>::subtract_forces(const Law &law, const double *u, double
 
 template <int dim>
 template <typename Law>
-double OnePointCells<dim>::energy(const Law &law, const double *u) const
+double OnePointIntegration<dim>::energy(const Law &law, const double *u) const
 {
   int batch = 0;
   const auto before = [&] { nodes.read(batch++, u); };
@@ -246,14 +246,14 @@ double OnePointCells<dim>::energy(const Law &law, const double *u) const
   return result;
 }
 
-template class OnePointCells<2>;
-template class OnePointCells<3>;
-template void OnePointCells<2>::subtract_forces(const StVenantKirchhoff &, const double *, double *) const;
-template void OnePointCells<3>::subtract_forces(const StVenantKirchhoff &, const double *, double *) const;
-template void OnePointCells<2>::subtract_forces(const LinearisedLaw &, const double *, double *) const;
-template void OnePointCells<3>::subtract_forces(const LinearisedLaw &, const double *, double *) const;
-template double OnePointCells<2>::energy(const StVenantKirchhoff &, const double *) const;
-template double OnePointCells<3>::energy(const StVenantKirchhoff &, const double *) const;
-template double OnePointCells<2>::energy(const LinearisedLaw &, const double *) const;
-template double OnePointCells<3>::energy(const LinearisedLaw &, const double *) const;
+template class OnePointIntegration<2>;
+template class OnePointIntegration<3>;
+template void OnePointIntegration<2>::subtract_forces(const StVenantKirchhoff &, const double *, double *) const;
+template void OnePointIntegration<3>::subtract_forces(const StVenantKirchhoff &, const double *, double *) const;
+template void OnePointIntegration<2>::subtract_forces(const LinearisedLaw &, const double *, double *) const;
+template void OnePointIntegration<3>::subtract_forces(const LinearisedLaw &, const double *, double *) const;
+template double OnePointIntegration<2>::energy(const StVenantKirchhoff &, const double *) const;
+template double OnePointIntegration<3>::energy(const StVenantKirchhoff &, const double *) const;
+template double OnePointIntegration<2>::energy(const LinearisedLaw &, const double *) const;
+template double OnePointIntegration<3>::energy(const LinearisedLaw &, const double *) const;
 } // namespace kerf::fem

@@ -19,7 +19,7 @@ namespace kerf::fem
 /// escape: neither locks. Strains are covariant components along the cell's edges at its centre, with finite strain the
 /// deformed edges F J, so that rotations do not matter and forces are the derivative of an energy.
 template <int dim>
-class OnePointCells
+class OnePointIntegration
 {
 public:
   static constexpr int n = q1::n_nodes<dim>;

@@ -6,7 +6,7 @@
 namespace kerf::fem
 {
 template <int dim>
-Window<dim>::Window(const NodalSpace<dim> &space, const std::vector<int> &nodes)
+NodalWindow<dim>::NodalWindow(const NodalSpace<dim> &space, const std::vector<int> &nodes)
 {
   std::vector<dealii::types::global_dof_index> dofs;
   for (const int node : nodes)
@@ -24,7 +24,7 @@ Window<dim>::Window(const NodalSpace<dim> &space, const std::vector<int> &nodes)
 }
 
 template <int dim>
-void Window<dim>::read(const double *owned, Eigen::Matrix3Xd &values) const
+void NodalWindow<dim>::read(const double *owned, Eigen::Matrix3Xd &values) const
 {
   const int n_owned = partitioner->locally_owned_size();
   std::vector<MPI_Request> requests;
@@ -43,7 +43,7 @@ void Window<dim>::read(const double *owned, Eigen::Matrix3Xd &values) const
 }
 
 template <int dim>
-void Window<dim>::add(const Eigen::Matrix3Xd &values, NodalVector &vector) const
+void NodalWindow<dim>::add(const Eigen::Matrix3Xd &values, NodalVector &vector) const
 {
   const int n_owned = partitioner->locally_owned_size();
   double *owned = vector.begin();
@@ -62,6 +62,6 @@ void Window<dim>::add(const Eigen::Matrix3Xd &values, NodalVector &vector) const
     dealii::ArrayView<double>(owned, n_owned), dealii::make_array_view(ghosts), requests);
 }
 
-template class Window<2>;
-template class Window<3>;
+template class NodalWindow<2>;
+template class NodalWindow<3>;
 } // namespace kerf::fem

@@ -7,11 +7,11 @@ namespace kerf::fem
 {
 /// Reads and pushes values of chosen nodes, wherever they are owned. All members are collective.
 template <int dim>
-class Window
+class NodalWindow
 {
 public:
   /// Every rank chooses its own nodes, perhaps none; a node may be chosen more than once.
-  Window(const NodalSpace<dim> &space, const std::vector<int> &nodes);
+  NodalWindow(const NodalSpace<dim> &space, const std::vector<int> &nodes);
 
   int n_nodes() const { return static_cast<int>(positions.size()); }
   /// Nodal values in the order of the nodes, 3 x n_nodes().

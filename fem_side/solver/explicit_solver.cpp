@@ -229,7 +229,7 @@ void ExplicitSolver<dim>::set_window(const std::vector<int> &nodes)
     if (space.is_slave(node))
       throw std::runtime_error("window: node " + std::to_string(node) + " is a slave, ask for its masters");
   }
-  window = std::make_unique<Window<dim>>(space, nodes);
+  window = std::make_unique<NodalWindow<dim>>(space, nodes);
 }
 
 template <int dim>

@@ -94,9 +94,9 @@ private:
   std::vector<PrescribedDof> prescribed;
   Surface<dim> surface;
   AbsorbingBoundary<dim> absorbing;
-  OuterLoads<dim> loads;
+  ExternalLoads<dim> loads;
   double now = 0.; ///< time of the positions [s]
-  std::unique_ptr<Window<dim>> window;
+  std::unique_ptr<NodalWindow<dim>> window;
   double boundary_work = 0.;                        ///< this rank's part [J]
   double absorbed_energy = 0.;                      ///< this rank's part [J]
   std::array<std::vector<double>, 2> surface_force; ///< of each SurfaceLoad in this step, on surface.owned_dofs() [N]

@@ -41,10 +41,10 @@ InitialState initial_state(const Settings &settings)
   const ElasticLaw<FiniteStrain> law(settings.material.lame_lambda(), settings.material.lame_mu());
   const ElasticLaw<SmallStrain> small(law.lambda, law.mu);
   const bool finite = settings.strain == Strain::finite;
-  Eigen::Matrix3d wanted = Eigen::Matrix3d::Zero();
-  wanted.topLeftCorner(dim, dim) = settings.initial_stress.topLeftCorner(dim, dim);
+  Eigen::Matrix3d target = Eigen::Matrix3d::Zero();
+  target.topLeftCorner(dim, dim) = settings.initial_stress.topLeftCorner(dim, dim);
   InitialState state;
-  if (wanted.norm() == 0.)
+  if (target.norm() == 0.)
     return state;
   // Hooke's law as approximate tangent: the error falls by the size of the strain in each round.
   for (int round = 0; round < 100; ++round)
@@ -56,7 +56,7 @@ InitialState initial_state(const Settings &settings)
     Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
     if (finite)
       F += state.gradient;
-    const Eigen::Matrix3d missing = wanted - state.first_piola * F.transpose() / F.determinant();
+    const Eigen::Matrix3d missing = target - state.first_piola * F.transpose() / F.determinant();
     if (!missing.allFinite())
       break;
     if (missing.norm() < 1e-14 * settings.material.young)

@@ -26,7 +26,7 @@ Settings settings_of(const Packing &packing, double damping, double local_dampin
   return s;
 }
 
-double shake(int particle, int component)
+double perturb(int particle, int component)
 {
   return 0.1 * test::noise(3 * static_cast<std::uint64_t>(particle) + component); // [m/s]
 }
@@ -53,7 +53,7 @@ void rock_bond(benchmark::State &state, const Packing &packing, double damping, 
   auto particles = test::all_particles(packing);
   for (NewParticle &p : particles)
     for (int c = 0; c < packing.dim; ++c)
-      p.velocity[c] = shake(p.index, c);
+      p.velocity[c] = perturb(p.index, c);
   test::start(dem, packing, particles);
   measure(state, packing, [&](int steps) { dem.advance(steps, {}); });
   if (dem.n_bonds_intact() != static_cast<std::int64_t>(packing.bonds.size()))
@@ -66,7 +66,7 @@ void plain_loop(benchmark::State &state, const Packing &packing, double damping)
   PlainBondLoop plain(packing, s.bond, s.density, s.time_step);
   for (int i = 0; i < packing.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      plain.particles[i].v[c] = shake(i, c);
+      plain.particles[i].v[c] = perturb(i, c);
   measure(state, packing, [&](int steps) { plain.advance(steps); });
   if (plain.n_broken() > 0)
     state.SkipWithError("bonds failed");

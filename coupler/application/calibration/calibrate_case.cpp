@@ -145,12 +145,13 @@ private:
   SpecimenResult run(const Case &settings) const
   {
     Console silent(false);
-    Scene scene = build_scene(settings, Mode::dem, silent, MPI_COMM_SELF);
-    CoupledModel model(scene.settings, Mode::dem, *scene.fem, scene.packing, scene.dt, MPI_COMM_SELF);
+    Problem problem = set_up_problem(settings, Mode::dem, silent, MPI_COMM_SELF);
+    CoupledModel model(problem.settings, Mode::dem, *problem.fem, problem.packing, problem.dt, MPI_COMM_SELF);
     model.start();
-    const SpecimenGauge gauge(scene.settings, scene.fem->mesh(), scene.packing, MPI_COMM_SELF);
+    const SpecimenGauge gauge(problem.settings, problem.fem->mesh(), problem.packing, MPI_COMM_SELF);
     SpecimenRecord record;
-    const int interval = std::max(1, static_cast<int>(settings.end_time / (200. * longest(is_brazilian(settings))) / scene.dt));
+    const int interval =
+      std::max(1, static_cast<int>(settings.end_time / (200. * longest(is_brazilian(settings))) / problem.dt));
     while (model.time() < settings.end_time && !record.fell_below(settings.stop_below))
     {
       model.advance(interval);

@@ -14,7 +14,7 @@ namespace kerf
 class RatioSearch
 {
 public:
-  /// @param q = R_t/R_n; @param off log of UCS/BTS to the one wanted
+  /// @param q = R_t/R_n; @param off log of UCS/BTS to the one target
   void add(double q, double off) { tried[q] = off; }
 
   /// 0: there is none.

@@ -39,7 +39,7 @@ enum class Criterion
 
 enum class ConstraintMethod
 {
-  penalty,             ///< constant k_DF of the seed, eq. (4)
+  penalty,             ///< constant k_DF, Labra et al., eq. (4)
   penalty_mass_scaled, ///< k_i = beta mu_i/dt^2
   multipliers,         ///< weak, on the finite-element nodes
   multipliers_diagonal ///< on the particles, lumped

@@ -176,7 +176,8 @@ const std::vector<Parameter> &parameter_table()
           "duration of the loading up to the targets, in times a P wave takes through the specimen: slower is more static", ""),
 
     entry("Coupling", "Method", "multipliers", one_of("penalty|penalty_mass_scaled|multipliers|multipliers_diagonal"), "-",
-          "how overlap particles are tied to the finite-element field: the seed's constant k_DF; k_i = beta mu_i/dt^2; weak "
+          "how overlap particles are tied to the finite-element field: the constant k_DF of Labra et al.; k_i = beta "
+          "mu_i/dt^2; weak "
           "multipliers on the nodes, which leave particles their fluctuations; or lumped multipliers on the particles",
           "penalty: Labra, Rojek & Onate, eq. (4); lumped: Xiao & Belytschko 2004"),
     entry("Coupling", "Overlap width", "16", positive(), "particle diameters d", "width L_o of the overlap zone", ""),

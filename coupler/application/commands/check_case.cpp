@@ -13,7 +13,7 @@ namespace
 {
 /// Particle-steps a second of one rank that the estimate of the run time reckons with; on the safe side of what the
 /// benchmarks of the particle side give.
-constexpr double reckoned_particle_steps = 3e6;
+constexpr double estimated_particle_steps = 3e6;
 
 /// Cells that the tool comes within one cell of on its way.
 std::vector<int> cells_on_the_way(const Case &settings, const fem::Mesh &mesh)
@@ -34,21 +34,21 @@ std::vector<int> cells_on_the_way(const Case &settings, const fem::Mesh &mesh)
 }
 
 /// Particles that a mode needs at its end.
-int count_particles(const Scene &scene, Mode mode)
+int count_particles(const Problem &problem, Mode mode)
 {
   if (mode == Mode::fem)
     return 0;
   if (mode == Mode::dem)
-    return scene.packing.size();
-  const fem::Mesh &mesh = scene.fem->mesh();
+    return problem.packing.size();
+  const fem::Mesh &mesh = problem.fem->mesh();
   const Eigen::Matrix3Xd no_points(3, 0);
-  Overlap overlap(mesh, no_points, scene.packing, scene.settings.weight_function, scene.settings.overlap_width);
+  Overlap overlap(mesh, no_points, problem.packing, problem.settings.weight_function, problem.settings.overlap_width);
   if (mode == Mode::fixed)
-    overlap.convert(cells_inside(mesh, scene.settings.fixed_region));
-  else if (scene.settings.tool.kind == Case::ToolKind::disc)
-    overlap.convert(cells_on_the_way(scene.settings, mesh));
+    overlap.convert(cells_inside(mesh, problem.settings.fixed_region));
+  else if (problem.settings.tool.kind == Case::ToolKind::disc)
+    overlap.convert(cells_on_the_way(problem.settings, mesh));
   int n = 0;
-  for (int i = 0; i < scene.packing.size(); ++i)
+  for (int i = 0; i < problem.packing.size(); ++i)
     n += overlap.needs_particle(i);
   return n;
 }
@@ -75,27 +75,27 @@ int check_case(const RunOptions &options, MPI_Comm comm)
   Console console(rank == 0);
   const Case settings = read_case(options.case_directory, options.overrides);
   const Mode mode = options.mode.value_or(settings.mode);
-  Scene scene = build_scene(settings, mode, console, comm);
+  Problem problem = set_up_problem(settings, mode, console, comm);
 
-  const double steps = std::ceil(scene.settings.end_time / scene.dt);
-  const int n_particles = count_particles(scene, mode);
-  const double fem_step = mode == Mode::dem ? 0. : seconds_of_fem_step(*scene.fem, scene.dt);
+  const double steps = std::ceil(problem.settings.end_time / problem.dt);
+  const int n_particles = count_particles(problem, mode);
+  const double fem_step = mode == Mode::dem ? 0. : seconds_of_fem_step(*problem.fem, problem.dt);
   // An adaptive run grows to its final size about linearly.
   const double mean_particles = mode == Mode::adaptive ? 0.5 * n_particles : n_particles;
-  const double run_time = steps * (fem_step + mean_particles / (reckoned_particle_steps * n_ranks));
+  const double run_time = steps * (fem_step + mean_particles / (estimated_particle_steps * n_ranks));
   // Bytes: a stored particle with its bonds, an active one with lists and history, a cell with its batch and nodes.
-  const double memory = 100e6 + 120. * scene.packing.size() + 2500. * n_particles + 1500. * scene.fem->mesh().n_cells();
+  const double memory = 100e6 + 120. * problem.packing.size() + 2500. * n_particles + 1500. * problem.fem->mesh().n_cells();
 
   std::ostringstream text;
-  text << std::setprecision(4) << "case " << scene.settings.name << ", mode " << name_of(mode) << ": valid\n"
-       << packing_summary(scene.packing) << "\n"
-       << "cells            " << scene.fem->mesh().n_cells() << ", nodes " << scene.fem->mesh().n_nodes() << "\n"
-       << "particles        " << scene.packing.size() << " stored, about " << n_particles << " active at the end\n"
-       << "overlap          " << scene.settings.overlap_width
-       << " m = " << scene.settings.overlap_width / scene.settings.packing.mean_diameter << " d\n"
-       << "stable step      finite elements " << scene.stable.fem << " s, particles " << scene.stable.dem << " s, this mode "
-       << scene.stable.coupled << " s\n"
-       << "time step        " << scene.dt << " s, " << steps << " steps to " << scene.settings.end_time << " s\n"
+  text << std::setprecision(4) << "case " << problem.settings.name << ", mode " << name_of(mode) << ": valid\n"
+       << packing_summary(problem.packing) << "\n"
+       << "cells            " << problem.fem->mesh().n_cells() << ", nodes " << problem.fem->mesh().n_nodes() << "\n"
+       << "particles        " << problem.packing.size() << " stored, about " << n_particles << " active at the end\n"
+       << "overlap          " << problem.settings.overlap_width
+       << " m = " << problem.settings.overlap_width / problem.settings.packing.mean_diameter << " d\n"
+       << "stable step      finite elements " << problem.stable.fem << " s, particles " << problem.stable.dem
+       << " s, this mode " << problem.stable.coupled << " s\n"
+       << "time step        " << problem.dt << " s, " << steps << " steps to " << problem.settings.end_time << " s\n"
        << "memory           about " << std::ceil(memory / 1e6) << " MB\n"
        << "run time         about " << clock_text(run_time) << " on " << n_ranks << (n_ranks == 1 ? " rank" : " ranks");
   console.message(text.str());

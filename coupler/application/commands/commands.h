@@ -39,8 +39,8 @@ int export_case(const RunOptions &options, MPI_Comm comm);
 /// after the name of the program. Collective.
 int run_liggghts(int argc, char **argv, MPI_Comm comm);
 
-/// kerf study stability: shakes the case's overlap at many settings, each with one map of two knobs; writes stability.csv.
-/// Collective.
+/// kerf study stability: perturbs the case's overlap at many settings, each with one map of two parameters; writes
+/// stability.csv. Collective.
 int study_stability(const RunOptions &options, MPI_Comm comm);
 
 /// Name and versions of kerf and its libraries, one a line.

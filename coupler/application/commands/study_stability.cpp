@@ -25,7 +25,7 @@ struct Point
   double speed = 1e-6; ///< of the noise, relative to the P wave's
 };
 
-/// Two knobs against each other.
+/// Two parameters against each other.
 struct Map
 {
   std::string name, x_name, y_name;
@@ -156,7 +156,7 @@ public:
     check_results_directory(directory, options.overwrite);
     if (settings.mode == Mode::fem || settings.mode == Mode::dem)
       settings.mode = Mode::fixed;
-    const Scene base = build_scene(settings, Mode::fixed, console, comm);
+    const Problem base = set_up_problem(settings, Mode::fixed, console, comm);
     bond = base.settings.bond;
     prepare_results_directory(directory, options.overwrite, comm);
 
@@ -210,10 +210,10 @@ private:
       settings.bond.R_n = settings.bond.R_t = 1e30; // what breaks is another question
       settings.time_step = 0.;
       Console silent(false);
-      const Scene scene = build_scene(settings, Mode::fixed, silent, comm);
-      outcome.step = point.step * std::min(scene.stable.fem, scene.stable.dem);
-      outcome.limit = scene.stable.coupled;
-      shake(scene, point, outcome);
+      const Problem problem = set_up_problem(settings, Mode::fixed, silent, comm);
+      outcome.step = point.step * std::min(problem.stable.fem, problem.stable.dem);
+      outcome.limit = problem.stable.coupled;
+      perturb(problem, point, outcome);
     }
     catch (const InputError &)
     {
@@ -223,18 +223,19 @@ private:
   }
 
   /// Noise on all nodes and particles, which holds every mode, followed for some hundred steps.
-  void shake(const Scene &scene, const Point &point, Outcome &outcome)
+  void perturb(const Problem &problem, const Point &point, Outcome &outcome)
   {
     constexpr int steps = 600;
     constexpr double grown = 1.05, taken = 0.05; // shares of the energy at the start
-    CoupledModel model(scene.settings, Mode::fixed, *scene.fem, scene.packing, outcome.step, comm, scene.stable.fluctuations);
-    const double speed = point.speed * scene.settings.rock.speed_p();
-    const int dim = scene.settings.dim(), n_nodes = scene.fem->mesh().n_nodes();
+    CoupledModel model(problem.settings, Mode::fixed, *problem.fem, problem.packing, outcome.step, comm,
+                       problem.stable.fluctuations);
+    const double speed = point.speed * problem.settings.rock.speed_p();
+    const int dim = problem.settings.dim(), n_nodes = problem.fem->mesh().n_nodes();
     Eigen::Matrix3Xd velocity = Eigen::Matrix3Xd::Zero(3, n_nodes);
     for (int i = 0; i < n_nodes; ++i)
       for (int c = 0; c < dim; ++c)
         velocity(c, i) = speed * scattered(3 * i + c);
-    scene.fem->set_state(Eigen::Matrix3Xd::Zero(3, n_nodes), velocity);
+    problem.fem->set_state(Eigen::Matrix3Xd::Zero(3, n_nodes), velocity);
     try
     {
       model.start();

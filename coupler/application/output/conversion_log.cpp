@@ -11,10 +11,10 @@ struct Column
 {
   const char *name, *unit;
   bool in_space; ///< of three dimensions only
-  double (*value)(const Inventory &);
+  double (*value)(const ConservedQuantities &);
 };
 
-using What = const Inventory &;
+using What = const ConservedQuantities &;
 const Column columns[] = {{"mass", "kg", false, [](What w) { return w.mass; }},
                           {"momentum_x", "N s", false, [](What w) { return w.momentum[0]; }},
                           {"momentum_y", "N s", false, [](What w) { return w.momentum[1]; }},
@@ -26,7 +26,7 @@ const Column columns[] = {{"mass", "kg", false, [](What w) { return w.mass; }},
                           {"energy_elastic", "J", false, [](What w) { return w.elastic; }}};
 } // namespace
 
-ActivationLog::ActivationLog(const std::string &directory, bool plane) : plane(plane), csv(directory + "/activations.csv")
+ConversionLog::ConversionLog(const std::string &directory, bool plane) : plane(plane), csv(directory + "/activations.csv")
 {
   csv << "# units: time [s]";
   for (const Column &column : columns)
@@ -43,7 +43,7 @@ ActivationLog::ActivationLog(const std::string &directory, bool plane) : plane(p
   csv << '\n' << std::setprecision(12);
 }
 
-void ActivationLog::add(const ActivationEvent &event)
+void ConversionLog::add(const ActivationEvent &event)
 {
   csv << event.step << ',' << event.time << ',' << event.cells << ',' << event.particles << ','
       << event.after.bonds - event.before.bonds << ',' << event.bonds_stored << ',' << event.stress << ',' << event.stress_jump;

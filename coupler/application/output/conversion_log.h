@@ -9,11 +9,11 @@
 namespace kerf
 {
 /// activations.csv: one row for every change of models, what the body held before and after it.
-class ActivationLog
+class ConversionLog
 {
 public:
   /// @param plane 2D: components that are zero are left out
-  ActivationLog(const std::string &directory, bool plane);
+  ConversionLog(const std::string &directory, bool plane);
   void add(const ActivationEvent &event);
 
 private:

@@ -62,18 +62,18 @@ private:
 
 /// Lists of plain records of all ranks, joined on the first.
 template <typename Record>
-std::vector<Record> gather_records(const std::vector<Record> &mine, MPI_Comm comm)
+std::vector<Record> gather_records(const std::vector<Record> &local, MPI_Comm comm)
 {
   int rank = 0, n_ranks = 1;
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &n_ranks);
-  const int bytes = static_cast<int>(mine.size() * sizeof(Record));
+  const int bytes = static_cast<int>(local.size() * sizeof(Record));
   std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
   MPI_Gather(&bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm);
   for (int r = 1; r < n_ranks; ++r)
     offsets[r] = offsets[r - 1] + counts[r - 1];
   std::vector<Record> all(rank == 0 ? (offsets.back() + counts.back()) / sizeof(Record) : 0);
-  MPI_Gatherv(mine.data(), bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(), MPI_BYTE, 0, comm);
+  MPI_Gatherv(local.data(), bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(), MPI_BYTE, 0, comm);
   return all;
 }
 
@@ -88,20 +88,20 @@ ParticleFields gather_particles(CoupledModel &model, MPI_Comm comm)
 {
   const dem::Particles particles = model.dem().particles();
   const std::vector<double> damage = model.dem().damage();
-  std::vector<ParticleRecord> mine(particles.n);
+  std::vector<ParticleRecord> local(particles.n);
   for (int i = 0; i < particles.n; ++i)
   {
-    mine[i].index = particles.index[i];
+    local[i].index = particles.index[i];
     for (int c = 0; c < 3; ++c)
     {
-      mine[i].position[c] = particles.position(c, i);
-      mine[i].velocity[c] = particles.velocity(c, i);
+      local[i].position[c] = particles.position(c, i);
+      local[i].velocity[c] = particles.velocity(c, i);
     }
-    mine[i].radius = particles.radius[i];
-    mine[i].weight = particles.weight[i];
-    mine[i].damage = damage[i];
+    local[i].radius = particles.radius[i];
+    local[i].weight = particles.weight[i];
+    local[i].damage = damage[i];
   }
-  const std::vector<ParticleRecord> all = gather_records(mine, comm);
+  const std::vector<ParticleRecord> all = gather_records(local, comm);
   ParticleFields fields;
   const auto n = static_cast<Eigen::Index>(all.size());
   fields.index.resize(n);

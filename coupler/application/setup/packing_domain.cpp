@@ -81,14 +81,14 @@ Box box_around(const Eigen::Matrix3Xd &points)
 }
 } // namespace
 
-PackingSpace find_packing_space(const Case &settings, const fem::Mesh &mesh)
+PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
 {
   const Box mesh_box = box_around(mesh.nodes);
   const bool from_file = !settings.packing_surface_file.empty();
   const std::string section = settings.directory + "/case.prm: Packing/Surface: ";
   if (from_file && mesh.dim == 2)
     throw InputError(section + "an STL surface needs a mesh in three dimensions; leave it empty in two");
-  PackingSpace space;
+  PackingDomain space;
   if ((mesh.period.array() > 0.).any())
   {
     if (from_file)

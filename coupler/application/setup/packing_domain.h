@@ -8,7 +8,7 @@
 namespace kerf
 {
 /// What the stored packing of a case fills.
-struct PackingSpace
+struct PackingDomain
 {
   Box box;                                         ///< around it [m]
   double volume = 0.;                              ///< [m^3] (2D: [m^2])
@@ -16,5 +16,5 @@ struct PackingSpace
 };
 
 /// The surface file of the case, else the boundary of the mesh, or its box when the mesh fills that. Throws InputError.
-PackingSpace find_packing_space(const Case &settings, const fem::Mesh &mesh);
+PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh);
 } // namespace kerf

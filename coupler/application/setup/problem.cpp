@@ -61,7 +61,7 @@ Box mesh_box(const fem::Mesh &mesh)
 }
 
 /// What of a stored packing does not fit the case; empty when it fits.
-std::string mismatch(const dem::Packing &packing, const Case &settings, const PackingSpace &space)
+std::string mismatch(const dem::Packing &packing, const Case &settings, const PackingDomain &space)
 {
   const auto differs = [](double a, double b, double scale) { return std::abs(a - b) > 1e-6 * scale; };
   std::ostringstream text;
@@ -70,7 +70,7 @@ std::string mismatch(const dem::Packing &packing, const Case &settings, const Pa
     text << "holds no particle";
   else if (packing.kind != settings.packing.kind)
     text << "holds a " << packing.kind << " packing, Packing/Kind asks for " << settings.packing.kind;
-  else if (std::abs(packing.mean_diameter - d) > 0.01 * d) // compaction ends near the wanted size, not on it
+  else if (std::abs(packing.mean_diameter - d) > 0.01 * d) // compaction ends near the target size, not on it
     text << "has mean diameter " << packing.mean_diameter << " m, Packing/Mean diameter asks for " << d;
   else if (differs(packing.gap_tolerance, settings.packing.gap_tolerance, 1.))
     text << "has gap tolerance " << packing.gap_tolerance << ", Packing/Gap tolerance asks for "
@@ -173,7 +173,7 @@ std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 
 void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm)
 {
-  const PackingSpace space = find_packing_space(settings, fem.mesh());
+  const PackingDomain space = find_packing_domain(settings, fem.mesh());
   const auto named = [&](const char *section, const auto &action)
   {
     try
@@ -192,14 +192,14 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
                     packing = dem::load_packing(settings.packing_file);
                   else
                   {
-                    dem::PackingSettings wanted = settings.packing;
-                    wanted.lower = space.box.lower;
-                    wanted.upper = space.box.upper;
-                    wanted.surface = space.surface;
+                    dem::PackingSettings target = settings.packing;
+                    target.lower = space.box.lower;
+                    target.upper = space.box.upper;
+                    target.surface = space.surface;
                     console.message("generating the packing " + settings.packing_file);
                     packing = named("Packing",
                                     [&] {
-                                      return dem::generate_packing(wanted, [&](double done, const std::string &text)
+                                      return dem::generate_packing(target, [&](double done, const std::string &text)
                                                                    { console.progress(done, text); });
                                     });
                     console.finish_progress();
@@ -251,17 +251,17 @@ std::string packing_summary(const dem::Packing &packing)
   return text.str();
 }
 
-Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
+Problem set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
 {
-  Scene scene;
-  scene.settings = settings;
-  scene.fem = build_fem(settings, comm);
-  const Box body = mesh_box(scene.fem->mesh());
-  scene.settings.tool.lower = body.lower[1];
-  scene.settings.tool.upper = body.upper[1];
+  Problem problem;
+  problem.settings = settings;
+  problem.fem = build_fem(settings, comm);
+  const Box body = mesh_box(problem.fem->mesh());
+  problem.settings.tool.lower = body.lower[1];
+  problem.settings.tool.upper = body.upper[1];
   if (mode == Mode::adaptive || mode == Mode::fixed)
   {
-    check_overlap(settings, *scene.fem);
+    check_overlap(settings, *problem.fem);
     if (const double cells = settings.overlap_width / settings.mesh.cell_size; cells < 2. - 1e-9)
     {
       std::ostringstream text;
@@ -270,33 +270,33 @@ Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm co
       console.message(text.str());
     }
   }
-  if (mode == Mode::fixed && cells_inside(scene.fem->mesh(), settings.fixed_region).empty())
+  if (mode == Mode::fixed && cells_inside(problem.fem->mesh(), settings.fixed_region).empty())
     throw InputError(case_path(settings) + ": Fixed/Region holds no cell, mode fixed needs a region inside the mesh");
-  check_tool(settings, *scene.fem);
+  check_tool(settings, *problem.fem);
 
   if (mode == Mode::fem)
-    scene.packing = no_packing(settings, body);
+    problem.packing = no_packing(settings, body);
   else
-    build_packing(settings, *scene.fem, scene.packing, console, comm);
+    build_packing(settings, *problem.fem, problem.packing, console, comm);
   if (!settings.given_stiffness)
   {
-    scene.settings.bond.k_n = scene.packing.calibration.k_n;
-    scene.settings.bond.k_t = scene.packing.calibration.k_t;
+    problem.settings.bond.k_n = problem.packing.calibration.k_n;
+    problem.settings.bond.k_t = problem.packing.calibration.k_t;
   }
   if (settings.calibrated_strength && mode != Mode::fem)
-    use_calibrated_strength(scene.settings, scene.packing);
+    use_calibrated_strength(problem.settings, problem.packing);
 
-  scene.stable = stable_steps(scene.settings, mode, *scene.fem, scene.packing, comm);
-  if (settings.time_step > scene.stable.coupled)
+  problem.stable = stable_steps(problem.settings, mode, *problem.fem, problem.packing, comm);
+  if (settings.time_step > problem.stable.coupled)
   {
     std::ostringstream text;
     text << case_path(settings) << ": Time/Time step = " << settings.time_step << " s is above the stable step "
-         << scene.stable.coupled << " s of mode " << name_of(mode) << " (finite elements " << scene.stable.fem
-         << " s, particles " << scene.stable.dem << " s); give less, or 0 for Safety x stable step";
+         << problem.stable.coupled << " s of mode " << name_of(mode) << " (finite elements " << problem.stable.fem
+         << " s, particles " << problem.stable.dem << " s); give less, or 0 for Safety x stable step";
     throw InputError(text.str());
   }
-  scene.dt =
-    settings.time_step > 0. ? settings.time_step : std::min(settings.safety * scene.stable.elastic, scene.stable.coupled);
-  return scene;
+  problem.dt =
+    settings.time_step > 0. ? settings.time_step : std::min(settings.safety * problem.stable.elastic, problem.stable.coupled);
+  return problem;
 }
 } // namespace kerf

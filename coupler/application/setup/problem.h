@@ -10,7 +10,7 @@
 namespace kerf
 {
 /// What a run starts from: a checked case, its mesh and solver, its store with calibrated bonds and the time step.
-struct Scene
+struct Problem
 {
   Case settings; ///< with k_n, k_t from the store
   std::unique_ptr<fem::FemSide> fem;
@@ -19,9 +19,9 @@ struct Scene
   double dt = 0.;
 };
 
-/// Builds the scene and validates everything that can be known before a run. Generates, calibrates and saves the store when it
-/// is missing or made for another rock; mode fem has none. Collective. Throws InputError.
-Scene build_scene(const Case &settings, Mode mode, Console &console, MPI_Comm comm);
+/// Builds the problem and validates everything that can be known before a run. Generates, calibrates and saves the store when
+/// it is missing or made for another rock; mode fem has none. Collective. Throws InputError.
+Problem set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm);
 
 /// Mesh and store only (kerf pack).
 void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm);

@@ -87,7 +87,7 @@ public:
   {
     write_head(out);
     write_bond(out, store);
-    write_outer_forces(out);
+    write_external_forces(out);
     write_motion(out);
     write_output(out);
   }
@@ -133,7 +133,7 @@ private:
         << "timestep      " << c.particles.time_step << "\n\n";
   }
 
-  void write_outer_forces(ExactStream &out) const
+  void write_external_forces(ExactStream &out) const
   {
     const Case::Tool &tool = c.settings.tool;
     if (!c.tool_case.empty())
@@ -272,7 +272,7 @@ int export_case(const RunOptions &options, MPI_Comm comm)
       std::any_of(settings.boundary_conditions.begin(), settings.boundary_conditions.end(), given_force))
     throw InputError(settings.directory + "/case.prm: Loads and tractions cannot be exported, only cases without them");
 
-  const Scene scene = build_scene(settings, Mode::dem, console, comm);
+  const Problem scene = set_up_problem(settings, Mode::dem, console, comm);
   if (rank != 0)
     return 0;
   std::error_code problem;

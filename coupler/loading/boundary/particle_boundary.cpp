@@ -17,7 +17,7 @@ ParticleBoundary::ParticleBoundary(const fem::Mesh &mesh, const fem::Material &r
     {
       if (conditions[c].kind != kind)
         continue;
-      for (const FaceShare &share : face_shares(mesh, fem::selected_faces(mesh, conditions[c]), packing))
+      for (const TributaryArea &share : tributary_areas(mesh, fem::selected_faces(mesh, conditions[c]), packing))
       {
         Role &role = roles[share.particle];
         if (kind == fem::BoundaryKind::absorbing)
@@ -65,7 +65,7 @@ const std::vector<int> &ParticleBoundary::on_this_rank(const dem::Particles &par
   return local;
 }
 
-void ParticleBoundary::damp(dem::Particles &particles, OuterWork &absorbing)
+void ParticleBoundary::damp(dem::Particles &particles, ParticleWork &absorbing)
 {
   for (const int i : on_this_rank(particles))
     for (const Dashpot &dashpot : roles[particles.index[i]].dashpots)
@@ -76,7 +76,7 @@ void ParticleBoundary::damp(dem::Particles &particles, OuterWork &absorbing)
     }
 }
 
-void ParticleBoundary::hold(dem::Particles &particles, double time, double dt, OuterWork &work)
+void ParticleBoundary::hold(dem::Particles &particles, double time, double dt, ParticleWork &work)
 {
   for (const int i : on_this_rank(particles))
   {

@@ -11,9 +11,8 @@
 
 namespace kerf
 {
-/// The boundary conditions of the rock, for the particles next to its boundary (face_shares()): they obey the condition of the
-/// face, as a node on the face does. Where conditions meet, fixed goes
-/// before velocity before roller, as for nodes.
+/// The boundary conditions of the rock, for the particles next to its boundary (tributary_areas()): they obey the condition of
+/// the face, as a node on the face does. Where conditions meet, fixed goes before velocity before roller, as for nodes.
 class ParticleBoundary
 {
 public:
@@ -42,10 +41,10 @@ public:
 
   /// Forces of the dashpots on the particles of this rank; their (negative) work goes to @p absorbing, whose begin() was
   /// called.
-  void damp(dem::Particles &particles, OuterWork &absorbing);
+  void damp(dem::Particles &particles, ParticleWork &absorbing);
   /// Holds or drives particles, after all other forces; @p time is that of their positions [s], @p dt the step [s]. Work of
   /// held and driven particles goes to @p work, whose begin() was called.
-  void hold(dem::Particles &particles, double time, double dt, OuterWork &work);
+  void hold(dem::Particles &particles, double time, double dt, ParticleWork &work);
 
   /// Particles that can be tied to something: held ones are not among them, rollers block a direction.
   std::vector<TiedParticle> movable(const std::vector<TiedParticle> &particles) const;

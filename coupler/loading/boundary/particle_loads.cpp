@@ -17,7 +17,7 @@ ParticleLoads::ParticleLoads(const Case &settings, const fem::Mesh &mesh, const 
     const bool holds = (kind == fem::BoundaryKind::in_situ || kind == fem::BoundaryKind::absorbing) && stress.norm() > 0.;
     if (kind != fem::BoundaryKind::traction && !holds)
       continue;
-    for (const FaceShare &share : face_shares(mesh, fem::selected_faces(mesh, conditions[c]), packing))
+    for (const TributaryArea &share : tributary_areas(mesh, fem::selected_faces(mesh, conditions[c]), packing))
     {
       const Eigen::Vector3d traction = holds ? Eigen::Vector3d(stress * share.normal) : conditions[c].traction;
       pushes[share.particle].push_back({static_cast<int>(c), holds, share.area * traction});
@@ -25,7 +25,7 @@ ParticleLoads::ParticleLoads(const Case &settings, const fem::Mesh &mesh, const 
   }
 }
 
-void ParticleLoads::apply(dem::Particles &particles, double time, OuterWork &work)
+void ParticleLoads::apply(dem::Particles &particles, double time, ParticleWork &work)
 {
   if (planned_order != particles.order)
   {

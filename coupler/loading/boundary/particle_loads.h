@@ -15,7 +15,7 @@ public:
 
   /// Adds the forces at @p time [s] to the particles of this rank, weighted as they are. Their work goes to @p work; call its
   /// begin() before.
-  void apply(dem::Particles &particles, double time, OuterWork &work);
+  void apply(dem::Particles &particles, double time, ParticleWork &work);
 
 private:
   struct Push

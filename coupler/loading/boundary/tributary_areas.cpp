@@ -68,9 +68,9 @@ struct Face
 };
 } // namespace
 
-std::vector<FaceShare> face_shares(const fem::Mesh &mesh, const std::vector<char> &faces, const dem::Packing &packing)
+std::vector<TributaryArea> tributary_areas(const fem::Mesh &mesh, const std::vector<char> &faces, const dem::Packing &packing)
 {
-  std::vector<FaceShare> shares;
+  std::vector<TributaryArea> shares;
   if (packing.size() == 0)
     return shares;
   const double half_radius = 0.25 * packing.mean_diameter;
@@ -118,9 +118,10 @@ std::vector<FaceShare> face_shares(const fem::Mesh &mesh, const std::vector<char
     section_area += section;
     shares.push_back({near.particle, near.normal, section});
   }
-  for (FaceShare &share : shares)
+  for (TributaryArea &share : shares)
     share.area *= face_area / section_area;
-  std::sort(shares.begin(), shares.end(), [](const FaceShare &a, const FaceShare &b) { return a.particle < b.particle; });
+  std::sort(shares.begin(), shares.end(),
+            [](const TributaryArea &a, const TributaryArea &b) { return a.particle < b.particle; });
   return shares;
 }
 } // namespace kerf

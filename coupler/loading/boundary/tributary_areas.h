@@ -9,7 +9,7 @@
 namespace kerf
 {
 /// A particle next to a part of the boundary, and the area of the boundary that it stands for.
-struct FaceShare
+struct TributaryArea
 {
   int particle = -1;                                ///< index in the packing
   Eigen::Vector3d normal = Eigen::Vector3d::Zero(); ///< outer
@@ -20,5 +20,5 @@ struct FaceShare
 /// radius larger than the smallest one, which is zero but for lattices that do not fit. By rising index, each with the first
 /// face it is close to. None where the packing ends more than about a radius before the faces. The shares are in proportion to
 /// the particles' sections and add up to the area of the faces.
-std::vector<FaceShare> face_shares(const fem::Mesh &mesh, const std::vector<char> &faces, const dem::Packing &packing);
+std::vector<TributaryArea> tributary_areas(const fem::Mesh &mesh, const std::vector<char> &faces, const dem::Packing &packing);
 } // namespace kerf

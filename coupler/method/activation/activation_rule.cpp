@@ -131,7 +131,7 @@ public:
         throw InputError("stored particle " + std::to_string(indices[k]) + " lies outside the mesh");
       if (fem.mesh().owner[found[k].cell] != rank)
         continue;
-      mine.push_back(k);
+      local.push_back(k);
       nodes.insert(nodes.end(), found[k].nodes.begin(), found[k].nodes.begin() + found[k].n);
     }
     std::sort(nodes.begin(), nodes.end());
@@ -153,7 +153,7 @@ public:
     return result;
   }
 
-  std::vector<std::size_t> mine; ///< places among the indices
+  std::vector<std::size_t> local; ///< places among the indices
 
 private:
   std::vector<fem::Interpolation> found;
@@ -176,7 +176,7 @@ std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap,
   // Twelve numbers a particle travel between ranks; a list of doubles keeps this one plain gather.
   constexpr int record = 13;
   std::vector<double> values;
-  for (const std::size_t k : probe.mine)
+  for (const std::size_t k : probe.local)
   {
     const auto [displacement, curl_u] = probe.at(k, u);
     const auto [velocity, curl_v] = probe.at(k, v);
@@ -205,13 +205,13 @@ std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem
                                                                const std::vector<int> &indices, MPI_Comm comm)
 {
   const Probe probe(fem, packing, indices, comm);
-  Eigen::Matrix3Xd force, mobility;
+  Eigen::Matrix3Xd force, inverse_mass;
   fem.read_window(fem::NodalField::force, force);
-  fem.read_window(fem::NodalField::inverse_mass, mobility);
-  const Eigen::Matrix3Xd acceleration = force.cwiseProduct(mobility);
+  fem.read_window(fem::NodalField::inverse_mass, inverse_mass);
+  const Eigen::Matrix3Xd acceleration = force.cwiseProduct(inverse_mass);
   constexpr int record = 4;
   std::vector<double> values;
-  for (const std::size_t k : probe.mine)
+  for (const std::size_t k : probe.local)
   {
     const Eigen::Vector3d a = probe.at(k, acceleration)[0];
     values.push_back(indices[k]);
@@ -224,7 +224,8 @@ std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem
   return result;
 }
 
-Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, const EnergyLedger &energies, MPI_Comm comm)
+ConservedQuantities conserved_quantities(const fem::FemSide &fem, dem::DemSide &dem, const EnergyLedger &energies,
+                                         MPI_Comm comm)
 {
   using Eigen::Vector3d;
   const bool flat = fem.mesh().dim == 2;
@@ -251,7 +252,7 @@ Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, const Energ
       sums.tail<3>() += x.cross(momentum);
     }
   }
-  Inventory inventory;
+  ConservedQuantities inventory;
   inventory.mass = sums[0];
   inventory.momentum = sums.segment<3>(1);
   inventory.angular_momentum = sums.tail<3>();

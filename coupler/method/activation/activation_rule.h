@@ -11,8 +11,8 @@
 
 namespace kerf
 {
-/// Chooses the cells that become particles (seed, eq. 5): sigma > sigma*, the front advancing by at most half an overlap width
-/// an event, and no cell left behind that is enclosed by particle region.
+/// Chooses the cells that become particles (Labra et al., eq. (5)): sigma > sigma*, the front advancing by at most half an
+/// overlap width an event, and no cell left behind that is enclosed by particle region.
 class ActivationRule
 {
 public:
@@ -49,7 +49,7 @@ std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem
                                                                const std::vector<int> &indices, MPI_Comm comm);
 
 /// What both sides hold together, to audit a change of models.
-struct Inventory
+struct ConservedQuantities
 {
   double mass = 0.;                                           ///< [kg]
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();         ///< [N s]
@@ -58,5 +58,6 @@ struct Inventory
   std::int64_t bonds = 0;                                     ///< of the particles, intact or broken
 };
 /// @param energies of the same moment. Collective.
-Inventory take_inventory(const fem::FemSide &fem, dem::DemSide &dem, const EnergyLedger &energies, MPI_Comm comm);
+ConservedQuantities conserved_quantities(const fem::FemSide &fem, dem::DemSide &dem, const EnergyLedger &energies,
+                                         MPI_Comm comm);
 } // namespace kerf

@@ -17,7 +17,7 @@ void relax(const Case &settings, const dem::Packing &packing, const std::vector<
   {
     int particle;                     // in the present order, which stays
     Eigen::Matrix<double, 6, 1> move; // displacement, rotation
-    Eigen::Vector3d wanted;           // acceleration
+    Eigen::Vector3d target;           // acceleration
   };
   std::vector<Mover> movers;
   {
@@ -26,9 +26,9 @@ void relax(const Case &settings, const dem::Packing &packing, const std::vector<
     for (int i = 0; i < particles.n; ++i)
       if (chosen.count(particles.index[i]))
       {
-        const auto wanted = accelerations.find(particles.index[i]);
+        const auto target = accelerations.find(particles.index[i]);
         movers.push_back({i, Eigen::Matrix<double, 6, 1>::Zero(),
-                          wanted == accelerations.end() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : wanted->second});
+                          target == accelerations.end() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : target->second});
       }
   }
   const double density = particle_density(settings, packing), k_n = settings.bond.k_n, k_t = settings.bond.k_t;
@@ -37,14 +37,14 @@ void relax(const Case &settings, const dem::Packing &packing, const std::vector<
   {
     dem::Particles particles = dem_side.particles();
     const Eigen::VectorXd spring = springs();
-    for (auto &[i, move, wanted] : movers)
+    for (auto &[i, move, target] : movers)
     {
       // Of n contacts half look along each direction; the weighted mass carries the mean contact weight.
       const double contacts = packing.coordination() * particles.mass[i] / (density * packing.volume(particles.index[i]));
       const double radius = particles.radius[i];
       move *= memory;
       const double stiffness = 0.5 * contacts * (k_n + k_t) + (i < spring.size() ? spring[i] : 0.);
-      const Eigen::Vector3d force = particles.force.col(i) - particles.mass[i] * wanted;
+      const Eigen::Vector3d force = particles.force.col(i) - particles.mass[i] * target;
       move.head<3>() += step / stiffness * force;
       move.tail<3>() += step / (contacts * k_t * radius * radius) * particles.torque.col(i);
       particles.position.col(i) += move.head<3>();

@@ -26,7 +26,7 @@ double extent_of(const fem::Mesh &mesh, int cell)
 }
 } // namespace
 
-ReturnRule::ReturnRule(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing, ParticleCells &cells,
+ReturnRule::ReturnRule(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing, VirialStress &cells,
                        MPI_Comm comm)
   : settings(settings), mesh(mesh), packing(packing), comm(comm), cells(cells), loaded_until(mesh.n_cells(), 0.)
 {
@@ -101,16 +101,16 @@ NodalState recover_nodes(const fem::FemSide &fem, dem::DemSide &dem, const dem::
 {
   constexpr int record = 8; // index, mass of the particle, displacement, velocity
   const dem::Particles particles = dem.particles();
-  std::vector<char> wanted(fem.mesh().n_cells(), 0);
+  std::vector<char> target(fem.mesh().n_cells(), 0);
   for (const int cell : cells)
-    wanted[cell] = 1;
+    target[cell] = 1;
   Eigen::Matrix3Xd places(3, particles.n);
   for (int i = 0; i < particles.n; ++i)
     places.col(i) = packing.positions.col(particles.index[i]);
-  const std::vector<fem::Interpolation> mine = fem.locate(places);
+  const std::vector<fem::Interpolation> local = fem.locate(places);
   std::vector<double> values;
   for (int i = 0; i < particles.n; ++i)
-    if (mine[i].cell >= 0 && wanted[mine[i].cell])
+    if (local[i].cell >= 0 && target[local[i].cell])
     {
       const Vector3d u = packing.displacement(particles.index[i], particles.position.col(i)), v = particles.velocity.col(i);
       values.insert(values.end(), {double(particles.index[i]), packing.volume(particles.index[i])});
@@ -128,13 +128,13 @@ NodalState recover_nodes(const fem::FemSide &fem, dem::DemSide &dem, const dem::
   const std::vector<fem::Interpolation> found = fem.locate(places);
 
   NodalState state{fem.gather(fem::NodalField::displacement), fem.gather(fem::NodalField::velocity)};
-  const Eigen::Matrix3Xd mobility = fem.gather(fem::NodalField::inverse_mass);
+  const Eigen::Matrix3Xd inverse_mass = fem.gather(fem::NodalField::inverse_mass);
   for (int c = 0; c < fem.mesh().dim; ++c)
   {
     std::vector<int> number(fem.mesh().n_nodes(), -1), nodes;
     for (const fem::Interpolation &point : found)
       for (int a = 0; a < point.n; ++a)
-        if (const int node = point.nodes[a]; number[node] < 0 && moved(0, node) == 0. && mobility(c, node) > 0.)
+        if (const int node = point.nodes[a]; number[node] < 0 && moved(0, node) == 0. && inverse_mass(c, node) > 0.)
         {
           number[node] = static_cast<int>(nodes.size());
           nodes.push_back(node);

@@ -16,7 +16,7 @@ class ReturnRule
 {
 public:
   /// @param settings, @param mesh, @param packing and @param cells are kept by reference
-  ReturnRule(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing, ParticleCells &cells, MPI_Comm comm);
+  ReturnRule(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing, VirialStress &cells, MPI_Comm comm);
 
   bool off() const;
   /// Whether the cells should be looked at in the step that ends at @p time [s]: a few times in the set time.
@@ -31,7 +31,7 @@ private:
   const fem::Mesh &mesh;
   const dem::Packing &packing;
   MPI_Comm comm;
-  ParticleCells &cells;
+  VirialStress &cells;
   std::vector<double> loaded_until; // by cell: last time at which it had to stay a particle cell [s]
   double next_look = 0.;
 };

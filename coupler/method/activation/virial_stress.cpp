@@ -5,11 +5,11 @@
 
 namespace kerf
 {
-const std::vector<int> &ParticleCells::cells_of(const std::vector<char> &wanted, const fem::FemSide &fem)
+const std::vector<int> &VirialStress::cells_of(const std::vector<char> &target, const fem::FemSide &fem)
 {
   std::vector<int> unknown;
   for (int i = 0; i < packing.size(); ++i)
-    if (wanted[i] && cell_of[i] == not_looked_up)
+    if (target[i] && cell_of[i] == not_looked_up)
       unknown.push_back(i);
   Eigen::Matrix3Xd positions(3, unknown.size());
   for (std::size_t k = 0; k < unknown.size(); ++k)
@@ -20,11 +20,11 @@ const std::vector<int> &ParticleCells::cells_of(const std::vector<char> &wanted,
   return cell_of;
 }
 
-CellStresses ParticleCells::stresses(const std::vector<char> &wanted, const fem::FemSide &fem, const dem::DemSide &dem,
-                                     double poisson)
+CellStresses VirialStress::stresses(const std::vector<char> &target, const fem::FemSide &fem, const dem::DemSide &dem,
+                                    double poisson)
 {
   cells_of(dem.is_active(), fem);
-  const auto cell = [&](int i) { return cell_of[i] >= 0 && wanted[cell_of[i]] ? cell_of[i] : -1; };
+  const auto cell = [&](int i) { return cell_of[i] >= 0 && target[cell_of[i]] ? cell_of[i] : -1; };
   CellStresses stress = CellStresses::Zero(6, mesh.n_cells());
   std::vector<char> inside(packing.size(), 0);
   for (int i = 0; i < packing.size(); ++i)

@@ -13,22 +13,22 @@ using CellStresses = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 /// In which cell of the mesh each stored particle lies, looked up when it is first asked for, and what the particles of a cell
 /// are like.
-class ParticleCells
+class VirialStress
 {
 public:
   /// @param mesh and @param packing are kept by reference
-  ParticleCells(const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
+  VirialStress(const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
     : mesh(mesh), packing(packing), comm(comm), solid(packing.solid_fraction()), cell_of(packing.size(), not_looked_up)
   {
   }
 
-  /// By index in the packing: cells of @p wanted particles, -1 outside the mesh; others may be unknown. Not collective.
-  const std::vector<int> &cells_of(const std::vector<char> &wanted, const fem::FemSide &fem);
+  /// By index in the packing: cells of @p target particles, -1 outside the mesh; others may be unknown. Not collective.
+  const std::vector<int> &cells_of(const std::vector<char> &target, const fem::FemSide &fem);
 
-  /// Mean Cauchy stress of the active particles in @p wanted cells, zero in others: the sum over their bonds of half of branch
+  /// Mean Cauchy stress of the active particles in @p target cells, zero in others: the sum over their bonds of half of branch
   /// (x) force, over the volume of rock that they stand for. Weights are left out. Plane strain in two dimensions with
   /// Poisson's ratio @p poisson. Collective.
-  CellStresses stresses(const std::vector<char> &wanted, const fem::FemSide &fem, const dem::DemSide &dem, double poisson);
+  CellStresses stresses(const std::vector<char> &target, const fem::FemSide &fem, const dem::DemSide &dem, double poisson);
 
 private:
   static constexpr int not_looked_up = -2;

@@ -24,12 +24,13 @@ std::unique_ptr<Constraint> make_constraint(const Case &settings, const dem::Pac
 {
   if (settings.constraint == ConstraintMethod::multipliers)
   {
-    MultiplierConstraint::Settings multipliers = multiplier_settings(settings, dt);
+    WeakMultiplierConstraint::Settings multipliers = multiplier_settings(settings, dt);
     multipliers.comm = comm;
-    return std::make_unique<MultiplierConstraint>(multipliers, packing);
+    return std::make_unique<WeakMultiplierConstraint>(multipliers, packing);
   }
   if (settings.constraint == ConstraintMethod::multipliers_diagonal)
-    return std::make_unique<DiagonalConstraint>(DiagonalConstraint::Settings{comm, dt, settings.penalty_ratio}, packing);
+    return std::make_unique<LumpedMultiplierConstraint>(LumpedMultiplierConstraint::Settings{comm, dt, settings.penalty_ratio},
+                                                        packing);
   PenaltyConstraint::Settings penalty = penalty_settings(settings, dt);
   penalty.comm = comm;
   penalty.fluctuations = std::move(fluctuations);

@@ -28,9 +28,9 @@ enum class Tie
 };
 
 /// Ties the particles of the overlap to the displacement field of the finite elements:
-/// chi_i = u_i - sum_a N_a(X_i) u_a = 0 (seed, eq. 3). A method decides which forces enforce it. Every method pushes particles
-/// and nodes by opposite forces along the rows of N, which sum to one, and nodes get the couple back that a force not
-/// along chi makes (see NodeCouple), or all forces are the gradient of an energy that no rotation changes (see Corrector):
+/// chi_i = u_i - sum_a N_a(X_i) u_a = 0 (Labra et al., eq. (3)). A method decides which forces enforce it. Every method pushes
+/// particles and nodes by opposite forces along the rows of N, which sum to one, and nodes get the couple back that a force not
+/// along chi makes (see CoupleOnNodes), or all forces are the gradient of an energy that no rotation changes (see Corrector):
 /// linear and angular momentum are kept.
 class Constraint
 {

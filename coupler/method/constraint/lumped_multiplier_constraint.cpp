@@ -3,20 +3,20 @@
 
 namespace kerf
 {
-DiagonalConstraint::DiagonalConstraint(const Settings &settings, const dem::Packing &packing)
-  : settings(settings), packing(packing), links(packing, WindowNodes::own, settings.comm),
+LumpedMultiplierConstraint::LumpedMultiplierConstraint(const Settings &settings, const dem::Packing &packing)
+  : settings(settings), packing(packing), interpolation(packing, WindowNodes::own, settings.comm),
     work(settings.time_step, settings.comm)
 {
 }
 
-void DiagonalConstraint::set_particles(const std::vector<TiedParticle> &particles)
+void LumpedMultiplierConstraint::set_particles(const std::vector<TiedParticle> &particles)
 {
-  links.set_particles(particles);
+  interpolation.set_particles(particles);
 }
 
-void DiagonalConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
+void LumpedMultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
-  if (links.n_particles() == 0)
+  if (interpolation.n_particles() == 0)
     return;
   if (packing.dim == 2)
     apply(ties_2d, phase, particles, fem);
@@ -25,30 +25,30 @@ void DiagonalConstraint::apply(dem::Phase phase, dem::Particles &particles, fem:
 }
 
 template <int dim>
-void DiagonalConstraint::renew(Ties<dim> &ties, const dem::Particles &particles, fem::FemSide &fem)
+void LumpedMultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particles, fem::FemSide &fem)
 {
-  const std::vector<double> mass = links.tied_masses(particles, fem); // 1/D_i
+  const std::vector<double> mass = interpolation.tied_masses(particles, fem); // 1/D_i
   fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
-  couples.renew(fem.mesh(), links.window(), inverse_node_mass);
-  ties.cells.assign(links, fem.mesh(), packing);
+  couples.renew(fem.mesh(), interpolation.window(), inverse_node_mass);
+  ties.cells.assign(interpolation, fem.mesh(), packing);
   ties.loads.renew(ties.cells, particles);
-  ties.pulled = ties.cells.lanes_of([&](std::size_t k) { return links.links()[k].share * mass[k]; });
-  ties.mobility.assign(ties.cells, links, particles);
+  ties.pulled = ties.cells.lanes_of([&](std::size_t k) { return interpolation.entries()[k].share * mass[k]; });
+  ties.inverse_mass.assign(ties.cells, interpolation, particles);
 }
 
 template <int dim>
-void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
+void LumpedMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
   const bool stepping = phase == dem::Phase::step;
   const double dt = settings.time_step;
   if (stepping)
     fem.read_window(fem::NodalField::velocity, velocity); // while the window is that of the step before
   work.begin(phase, particles, velocity);
-  const LinkChange change = links.update(particles, fem);
-  work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
-  if (change == LinkChange::renewed)
+  const InterpolationChange change = interpolation.update(particles, fem);
+  work.add_energy(ties.loads.follow(phase, change, interpolation, ties.cells, particles, dt, packing.size(), settings.comm));
+  if (change == InterpolationChange::renewed)
     renew(ties, particles, fem);
-  if (change == LinkChange::renewed || !stepping)
+  if (change == InterpolationChange::renewed || !stepping)
     fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::force, force);
@@ -67,27 +67,27 @@ void DiagonalConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles
 /// What asks for a force is linear in velocities and places, so that dchi/dt + kappa chi/dt is the difference of one field of
 /// the nodes and one number of the particle.
 template <int dim, bool periodic>
-double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
+double LumpedMultiplierConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
-  using Vectors = LinkVectors<dim>;
-  constexpr int corners = LinkCells<dim>::corners;
+  using Vectors = PackedVectors<dim>;
+  constexpr int corners = CellBatches<dim>::corners;
   const double closing = settings.closing / settings.time_step, rate_of_tau = 1. / tau;
-  node_force.setZero(3, links.n_window());
-  wanted = ahead + closing * displacement;
-  LinkPack power = {};
+  node_force.setZero(3, interpolation.n_window());
+  target = ahead + closing * displacement;
+  SimdPack power = {};
   typename Vectors::Couple of_particles, of_nodes; // about the origin
   int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
-    LinkPack place[corners], rate[corners], given[corners] = {};
-    ties.cells.places(cell, wanted, rate, closing);
+    SimdPack place[corners], rate[corners], given[corners] = {};
+    ties.cells.places(cell, target, rate, closing);
     if (periodic)
       ties.cells.places(cell, displacement, place);
     for (; k < cell.end; ++k)
     {
       ties.cells.fetch_after(k, particles.position, particles.velocity, particles.force);
       ties.loads.fetch_after(k);
-      ties.mobility.fetch_after(k);
+      ties.inverse_mass.fetch_after(k);
       fetch_after(ties.pulled, k);
       const auto &batch = ties.cells.batches()[k];
 #pragma GCC unroll 2
@@ -95,14 +95,14 @@ double DiagonalConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &par
       {
         const auto *at = batch.begins(p);
         const auto xi = batch.place(p);
-        const LinkPack own_velocity = Vectors::load(particles.velocity.data(), at),
+        const SimdPack own_velocity = Vectors::load(particles.velocity.data(), at),
                        own_force = Vectors::load(particles.force.data(), at);
-        LinkPack position = Vectors::load(particles.position.data(), at);
+        SimdPack position = Vectors::load(particles.position.data(), at);
         if (periodic) // the image next to its place
-          position = value_of(place, xi) - LinkCells<dim>::template gap<true>(place, xi, position, packing.periodic);
-        const LinkPack asked =
-          value_of(rate, xi) - own_velocity - closing * position - tau * ties.mobility.of(k, p, cell) * own_force;
-        const LinkPack force = rate_of_tau * Vectors::spread(ties.pulled[k], p) * asked;
+          position = value_of(place, xi) - CellBatches<dim>::template gap<true>(place, xi, position, packing.periodic);
+        const SimdPack asked =
+          value_of(rate, xi) - own_velocity - closing * position - tau * ties.inverse_mass.of(k, p, cell) * own_force;
+        const SimdPack force = rate_of_tau * Vectors::spread(ties.pulled[k], p) * asked;
         Vectors::store(particles.force.data(), at, own_force + force);
         power += ties.loads.exchange(n_packs<dim> * k + p, force) * own_velocity;
         of_particles.add(position, force);

@@ -13,7 +13,7 @@ namespace kerf
 ///   lambda_i = (dchi_i/dt + kappa chi_i/dt)/(dt D_i),   D_i = 1/m_i + sum_a N_ia/M_a sum_j N_ja.
 /// Smooth motion is tied fully; what differs from particle to particle is damped, so waves that the finite elements cannot
 /// carry are absorbed. kappa takes the gap itself back.
-class DiagonalConstraint : public Constraint
+class LumpedMultiplierConstraint : public Constraint
 {
 public:
   struct Settings
@@ -24,23 +24,23 @@ public:
   };
 
   /// @param packing kept by reference
-  DiagonalConstraint(const Settings &settings, const dem::Packing &packing);
+  LumpedMultiplierConstraint(const Settings &settings, const dem::Packing &packing);
 
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
   Tie tie() const override { return Tie::rigid; }
   ConstraintEnergy energy() const override { return {0., -work.local()}; }
-  int n_particles() const override { return links.n_particles(); }
+  int n_particles() const override { return interpolation.n_particles(); }
 
 private:
   /// The ties of this rank.
   template <int dim>
   struct Ties
   {
-    LinkCells<dim> cells;
-    TieLoads<dim> loads;
-    Mobility<dim> mobility;
-    std::vector<LinkLanes> pulled; ///< share/D_i [kg]
+    CellBatches<dim> cells;
+    ForceHistory<dim> loads;
+    InverseMass<dim> inverse_mass;
+    std::vector<SimdLanes> pulled; ///< share/D_i [kg]
   };
   template <int dim>
   void apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem);
@@ -51,11 +51,11 @@ private:
 
   Settings settings;
   const dem::Packing &packing;
-  OverlapLinks links;
+  ParticleInterpolation interpolation;
   Ties<2> ties_2d; // one of the two
   Ties<3> ties_3d;
-  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, wanted, force, node_force; // of the window's nodes
-  NodeCouple couples;
+  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, target, force, node_force; // of the window's nodes
+  CoupleOnNodes couples;
   InterfaceWork work;
 };
 } // namespace kerf

@@ -6,8 +6,7 @@
 
 namespace kerf
 {
-MultiplierEquations::MultiplierEquations(int dim, const std::vector<Row> &rows, const Eigen::Matrix3Xd &inverse_node_mass)
-  : dim(dim)
+MultiplierSystem::MultiplierSystem(int dim, const std::vector<Row> &rows, const Eigen::Matrix3Xd &inverse_node_mass) : dim(dim)
 {
   std::vector<Eigen::Triplet<double>> entries;
   const auto matrix_of = [&](const auto &measure)
@@ -62,7 +61,7 @@ MultiplierEquations::MultiplierEquations(int dim, const std::vector<Row> &rows, 
   }
 }
 
-void MultiplierEquations::keep_factors(int axis, const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> &factors)
+void MultiplierSystem::keep_factors(int axis, const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> &factors)
 {
   const Eigen::SparseMatrix<double> &L = factors.matrixL().nestedExpression();
   const auto n = static_cast<int>(L.cols());
@@ -91,7 +90,7 @@ void MultiplierEquations::keep_factors(int axis, const Eigen::SimplicialLDLT<Eig
 }
 
 template <int dim>
-void MultiplierEquations::solve_in(Eigen::MatrixXd &values) const
+void MultiplierSystem::solve_in(Eigen::MatrixXd &values) const
 {
   using Vector = Eigen::Matrix<double, dim, 1>;
   using View = Eigen::Map<Vector>;
@@ -120,7 +119,7 @@ void MultiplierEquations::solve_in(Eigen::MatrixXd &values) const
 
 /// B is symmetric: a column is a row.
 template <int dim>
-void MultiplierEquations::multiply_in(const Eigen::MatrixXd &values, Eigen::MatrixXd &result) const
+void MultiplierSystem::multiply_in(const Eigen::MatrixXd &values, Eigen::MatrixXd &result) const
 {
   using Vector = Eigen::Matrix<double, dim, 1>;
   for (int a = 0; a < node_matrix.cols(); ++a)
@@ -132,12 +131,12 @@ void MultiplierEquations::multiply_in(const Eigen::MatrixXd &values, Eigen::Matr
   }
 }
 
-void MultiplierEquations::solve(Eigen::MatrixXd &values) const
+void MultiplierSystem::solve(Eigen::MatrixXd &values) const
 {
   dim == 2 ? solve_in<2>(values) : solve_in<3>(values);
 }
 
-void MultiplierEquations::multiply(const Eigen::MatrixXd &values, Eigen::MatrixXd &result) const
+void MultiplierSystem::multiply(const Eigen::MatrixXd &values, Eigen::MatrixXd &result) const
 {
   result.resize(dim, values.cols());
   dim == 2 ? multiply_in<2>(values, result) : multiply_in<3>(values, result);

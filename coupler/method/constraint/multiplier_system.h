@@ -14,7 +14,7 @@ namespace kerf
 ///   A lambda = momentum gap/dt,   A = N^T c^2/m N + B M^-1 B.
 /// Each component of displacement has its own masses, which may be infinite. The matrices have entries at the same places, so
 /// the components are solved side by side.
-class MultiplierEquations
+class MultiplierSystem
 {
 public:
   /// One row for every tied particle of the model.
@@ -28,7 +28,7 @@ public:
   };
 
   /// @param inverse_node_mass [1/kg], zero where a node's motion is prescribed
-  MultiplierEquations(int dim, const std::vector<Row> &rows, const Eigen::Matrix3Xd &inverse_node_mass);
+  MultiplierSystem(int dim, const std::vector<Row> &rows, const Eigen::Matrix3Xd &inverse_node_mass);
 
   /// Values of the nodes: dim rows, a column a node.
   void solve(Eigen::MatrixXd &values) const;

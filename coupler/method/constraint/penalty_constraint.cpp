@@ -20,16 +20,16 @@ double penalty_viscosity(const PenaltyConstraint::Settings &settings, double sha
 }
 
 PenaltyConstraint::PenaltyConstraint(const Settings &settings, const dem::Packing &packing)
-  : settings(settings), packing(packing), links(packing, WindowNodes::own, settings.comm),
+  : settings(settings), packing(packing), interpolation(packing, WindowNodes::own, settings.comm),
     damping_work(settings.time_step, settings.comm)
 {
   if (settings.corrector)
-    links.widen([this](int node) { return corrector->gradient().nodes_around(node); });
+    interpolation.widen([this](int node) { return corrector->gradient().nodes_around(node); });
 }
 
 void PenaltyConstraint::set_particles(const std::vector<TiedParticle> &particles)
 {
-  links.set_particles(particles);
+  interpolation.set_particles(particles);
   if (settings.corrector)
     tied = particles;
   of_nodes.clear();
@@ -56,7 +56,7 @@ void PenaltyConstraint::place(std::vector<dem::NewParticle> &particles, const fe
   corrector->place(particles, u, v);
 }
 
-/// As OverlapLinks::tied_masses(), of the rows with fluctuations.
+/// As ParticleInterpolation::tied_masses(), of the rows with fluctuations.
 std::vector<double> PenaltyConstraint::masses_of_rows(const dem::Particles &particles, const fem::FemSide &fem)
 {
   if (of_nodes.empty())
@@ -69,19 +69,20 @@ std::vector<double> PenaltyConstraint::masses_of_rows(const dem::Particles &part
     of_nodes = inverse_masses_of_nodes(corrector->lengths(indices), tied, node_mass);
   }
   std::vector<double> masses;
-  for (const OverlapLink &link : links.links())
-    masses.push_back(of_nodes[link.row] < 0. ? 0. : 1. / (1. / particles.mass[link.particle] + of_nodes[link.row]));
+  for (const InterpolatedParticle &entry : interpolation.entries())
+    masses.push_back(of_nodes[entry.row] < 0. ? 0. : 1. / (1. / particles.mass[entry.particle] + of_nodes[entry.row]));
   return masses;
 }
 
 void PenaltyConstraint::choose_springs(const dem::Particles &particles, fem::FemSide &fem)
 {
-  const std::vector<double> masses = settings.corrector ? masses_of_rows(particles, fem) : links.tied_masses(particles, fem);
+  const std::vector<double> masses =
+    settings.corrector ? masses_of_rows(particles, fem) : interpolation.tied_masses(particles, fem);
   stiffness.clear();
   viscosity.clear();
   for (std::size_t k = 0; k < masses.size(); ++k)
   {
-    const double share = links.links()[k].share;
+    const double share = interpolation.entries()[k].share;
     stiffness.push_back(penalty_stiffness(settings, share, masses[k]));
     viscosity.push_back(penalty_viscosity(settings, share, masses[k]));
   }
@@ -91,27 +92,27 @@ template <int dim>
 void PenaltyConstraint::renew(Springs<dim> &springs, const dem::Particles &particles, fem::FemSide &fem)
 {
   choose_springs(particles, fem);
-  springs.cells.assign(links, fem.mesh(), packing);
+  springs.cells.assign(interpolation, fem.mesh(), packing);
   springs.stiffness = springs.cells.lanes_of([this](std::size_t k) { return stiffness[k]; });
   if (settings.corrector)
-    springs.corrected.renew(springs.cells, links, *corrector, particles, stiffness);
+    springs.corrected.renew(springs.cells, interpolation, *corrector, particles, stiffness);
 }
 
 template <int dim>
 void PenaltyConstraint::apply(Springs<dim> &springs, dem::Particles &particles, fem::FemSide &fem)
 {
   make_corrector(fem);
-  const LinkChange change = links.update(particles, fem);
-  if (change == LinkChange::renewed)
+  const InterpolationChange change = interpolation.update(particles, fem);
+  if (change == InterpolationChange::renewed)
     renew(springs, particles, fem);
-  else if (change == LinkChange::renumbered)
+  else if (change == InterpolationChange::renumbered)
   {
-    springs.cells.renumber(links);
-    springs.corrected.renumber(links);
+    springs.cells.renumber(interpolation);
+    springs.corrected.renumber(interpolation);
   }
 
   fem.read_window(fem::NodalField::displacement, node_displacement);
-  node_force.setZero(3, links.n_window());
+  node_force.setZero(3, interpolation.n_window());
   if (settings.corrector)
     stored = springs.corrected.pull(springs.cells, node_displacement, packing.periodic, particles, node_force);
   else if (packing.periodic.isZero(0.))
@@ -125,13 +126,13 @@ void PenaltyConstraint::apply(Springs<dim> &springs, dem::Particles &particles, 
 template <int dim, bool periodic>
 void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
 {
-  using Vectors = LinkVectors<dim>;
-  constexpr int corners = LinkCells<dim>::corners;
-  LinkPack energy = {};
+  using Vectors = PackedVectors<dim>;
+  constexpr int corners = CellBatches<dim>::corners;
+  SimdPack energy = {};
   int k = 0;
   for (const auto &cell : springs.cells.cells())
   {
-    LinkPack place[corners], given[corners] = {};
+    SimdPack place[corners], given[corners] = {};
     springs.cells.places(cell, node_displacement, place);
     for (; k < cell.end; ++k)
     {
@@ -142,9 +143,9 @@ void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
       {
         const auto *at = batch.begins(p);
         const auto xi = batch.place(p);
-        const LinkPack position = Vectors::load(particles.position.data(), at),
-                       gap = LinkCells<dim>::template gap<periodic>(place, xi, position, packing.periodic);
-        const LinkPack force = Vectors::spread(springs.stiffness[k], p) * gap;
+        const SimdPack position = Vectors::load(particles.position.data(), at),
+                       gap = CellBatches<dim>::template gap<periodic>(place, xi, position, packing.periodic);
+        const SimdPack force = Vectors::spread(springs.stiffness[k], p) * gap;
         energy += 0.5 * force * gap;
         Vectors::store(particles.force.data(), at, Vectors::load(particles.force.data(), at) + force);
         add_moments(force, xi, given);
@@ -158,15 +159,15 @@ void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
 Eigen::VectorXd PenaltyConstraint::springs() const
 {
   Eigen::VectorXd result = Eigen::VectorXd::Zero(n_local);
-  for (std::size_t k = 0; k < links.links().size(); ++k)
-    result[links.links()[k].particle] = stiffness[k];
+  for (std::size_t k = 0; k < interpolation.entries().size(); ++k)
+    result[interpolation.entries()[k].particle] = stiffness[k];
   return result;
 }
 
 void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
   stored = 0.;
-  if (links.n_particles() == 0)
+  if (interpolation.n_particles() == 0)
     return;
   if (settings.damping > 0.)
   {
@@ -188,15 +189,15 @@ void PenaltyConstraint::add_damping(dem::Particles &particles, fem::FemSide &fem
 {
   fem.read_window(fem::NodalField::velocity, node_velocity);
   node_force.setZero();
-  for (std::size_t k = 0; k < links.links().size(); ++k)
+  for (std::size_t k = 0; k < interpolation.entries().size(); ++k)
   {
-    const OverlapLink &link = links.links()[k];
-    const Eigen::Vector3d force = viscosity[k] * OverlapLinks::gap(link, particles.velocity, node_velocity);
-    const Eigen::Vector3d couple = links.displacement_gap(link, particles, node_displacement).cross(force);
-    particles.force.col(link.particle) -= force;
-    particles.torque.col(link.particle) += couple;
-    damping_work.add(particles, link.particle, -force, couple);
-    OverlapLinks::spread(link, force, node_force);
+    const InterpolatedParticle &entry = interpolation.entries()[k];
+    const Eigen::Vector3d force = viscosity[k] * ParticleInterpolation::gap(entry, particles.velocity, node_velocity);
+    const Eigen::Vector3d couple = interpolation.displacement_gap(entry, particles, node_displacement).cross(force);
+    particles.force.col(entry.particle) -= force;
+    particles.torque.col(entry.particle) += couple;
+    damping_work.add(particles, entry.particle, -force, couple);
+    ParticleInterpolation::spread(entry, force, node_force);
   }
   fem.add_window_forces(node_force);
   damping_work.end(node_force, node_velocity);

@@ -9,9 +9,10 @@
 
 namespace kerf
 {
-/// Penalty forces f_i = -k_i chi_i on the particle and N_a k_i chi_i on the nodes (seed, eq. 4).
-///  - constant: k_i = k_DF for all (the seed);
-///  - mass scaled: k_i = beta mu_i/dt^2 with the weighted masses of OverlapLinks::tied_masses(), so that the stiffness falls
+/// Penalty forces f_i = -k_i chi_i on the particle and N_a k_i chi_i on the nodes (Labra et al., eq. (4)).
+///  - constant: k_i = k_DF for all (Labra et al.);
+///  - mass scaled: k_i = beta mu_i/dt^2 with the weighted masses of ParticleInterpolation::tied_masses(), so that the stiffness
+///  falls
 ///    with the masses towards both ends of the overlap and adds at most beta to dt^2 omega^2, whatever the cells and weights.
 /// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical.
 /// With a corrector chi_i is the gap to the place that a particle of a random packing fluctuates to about the smooth field (see
@@ -46,15 +47,15 @@ public:
   Tie tie() const override { return Tie::spring; }
   Eigen::VectorXd springs() const override;
   ConstraintEnergy energy() const override { return {stored, -damping_work.local()}; }
-  int n_particles() const override { return links.n_particles(); }
+  int n_particles() const override { return interpolation.n_particles(); }
 
 private:
   /// The springs of this rank.
   template <int dim>
   struct Springs
   {
-    LinkCells<dim> cells;
-    std::vector<LinkLanes> stiffness; ///< [N/m]
+    CellBatches<dim> cells;
+    std::vector<SimdLanes> stiffness; ///< [N/m]
     CorrectedSprings<dim> corrected;  ///< with a corrector
   };
   template <int dim>
@@ -71,10 +72,10 @@ private:
 
   Settings settings;
   const dem::Packing &packing;
-  OverlapLinks links;
+  ParticleInterpolation interpolation;
   Springs<2> springs_2d; // one of the two
   Springs<3> springs_3d;
-  std::vector<double> stiffness, viscosity; // of each link
+  std::vector<double> stiffness, viscosity; // of each entry
   std::unique_ptr<Corrector> corrector;     // made when the finite elements are known
   std::vector<TiedParticle> tied;           // with a corrector only, like the rest
   std::vector<double> of_nodes;             // of 1/mu of each of them, what the nodes add [1/kg]; empty: not known yet

@@ -16,9 +16,9 @@ constexpr double drift_share = 0.02;
 
 /// A particle of the outermost row weighs d/(2 L_o). Springs of that share of k_n give way to its load by about the strain of a
 /// diameter, and are a per cent of the stiffness of a particle that weighs one half.
-MultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt)
+WeakMultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt)
 {
-  MultiplierConstraint::Settings result;
+  WeakMultiplierConstraint::Settings result;
   result.time_step = dt;
   result.relaxation = settings.fluctuation_relaxation;
   result.holding = 0.5 * settings.bond.k_n * settings.packing.mean_diameter / settings.overlap_width;
@@ -30,7 +30,7 @@ double fluctuation_share(double weight, double share)
   return std::max(share, 1. - weight);
 }
 
-double holding_spring(const MultiplierConstraint::Settings &settings, double weight, double share, double mass)
+double holding_spring(const WeakMultiplierConstraint::Settings &settings, double weight, double share, double mass)
 {
   constexpr double share_of_step = 0.5; // of omega^2 dt^2, at most
   const double dt = settings.time_step;
@@ -38,23 +38,23 @@ double holding_spring(const MultiplierConstraint::Settings &settings, double wei
          std::min(settings.holding * (1. - weight) * (1. - weight), share_of_step * mass / (dt * dt));
 }
 
-MultiplierConstraint::MultiplierConstraint(const Settings &settings, const dem::Packing &packing)
-  : settings(settings), packing(packing), links(packing, WindowNodes::all, settings.comm),
+WeakMultiplierConstraint::WeakMultiplierConstraint(const Settings &settings, const dem::Packing &packing)
+  : settings(settings), packing(packing), interpolation(packing, WindowNodes::all, settings.comm),
     work(settings.time_step, settings.comm)
 {
   MPI_Comm_rank(settings.comm, &rank);
 }
 
-void MultiplierConstraint::set_particles(const std::vector<TiedParticle> &particles)
+void WeakMultiplierConstraint::set_particles(const std::vector<TiedParticle> &particles)
 {
-  links.set_particles(particles);
+  interpolation.set_particles(particles);
 }
 
 template <int dim>
-void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
+void WeakMultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
 {
-  const std::vector<OverlapLink> &list = links.links();
-  ties.cells.assign(links, fem.mesh(), packing);
+  const std::vector<InterpolatedParticle> &list = interpolation.entries();
+  ties.cells.assign(interpolation, fem.mesh(), packing);
   const auto share_of_fluctuation = [&](std::size_t k)
   { return fluctuation_share(particles.weight[list[k].particle], list[k].share); };
   ties.c =
@@ -68,39 +68,39 @@ void MultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &particle
   ties.viscosity = ties.cells.lanes_of(
     [&](std::size_t k)
     { return settings.relaxation / settings.time_step * share_of_fluctuation(k) * particles.mass[list[k].particle]; });
-  ties.mobility.assign(ties.cells, links, particles);
+  ties.inverse_mass.assign(ties.cells, interpolation, particles);
   for (auto *values : {&ties.gap, &ties.velocity, &ties.relaxed})
     values->resize(n_packs<dim> * ties.cells.batches().size());
   ties.loads.renew(ties.cells, particles);
   build_equations(ties, particles, fem);
-  couples.renew(fem.mesh(), links.window(), inverse_node_mass);
+  couples.renew(fem.mesh(), interpolation.window(), inverse_node_mass);
 }
 
-/// Every rank builds the equations of all links and solves them: they are as many as the nodes of the overlap, and what each
+/// Every rank builds the equations of all entries and solves them: they are as many as the nodes of the overlap, and what each
 /// rank adds to their right-hand side is a sum.
 template <int dim>
-void MultiplierConstraint::build_equations(const Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
+void WeakMultiplierConstraint::build_equations(const Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
 {
   fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
   constexpr int record = 5 + 2 * 8; // c, three inverse masses, number of nodes, nodes, shape functions
   std::vector<double> mine;
-  mine.reserve(links.links().size() * record);
+  mine.reserve(interpolation.entries().size() * record);
   for (std::size_t k = 0; k < ties.c.size(); ++k)
-    for (int l = 0; l < n_link_lanes; ++l)
+    for (int l = 0; l < n_simd_lanes; ++l)
       if (ties.cells.is_used(k, l))
       {
-        const OverlapLink &link = links.links()[ties.cells.link(k, l)];
+        const InterpolatedParticle &entry = interpolation.entries()[ties.cells.entry(k, l)];
         std::array<double, 3> inverse_mass{};
         for (int axis = 0; axis < dim; ++axis)
-          inverse_mass[axis] = link.blocked[axis] ? 0. : 1. / particles.mass[link.particle];
-        mine.insert(mine.end(), {ties.c[k][l], inverse_mass[0], inverse_mass[1], inverse_mass[2], double(link.n)});
-        mine.insert(mine.end(), link.node.begin(), link.node.end());
-        mine.insert(mine.end(), link.N.begin(), link.N.end());
+          inverse_mass[axis] = entry.blocked[axis] ? 0. : 1. / particles.mass[entry.particle];
+        mine.insert(mine.end(), {ties.c[k][l], inverse_mass[0], inverse_mass[1], inverse_mass[2], double(entry.n)});
+        mine.insert(mine.end(), entry.node.begin(), entry.node.end());
+        mine.insert(mine.end(), entry.N.begin(), entry.N.end());
       }
   const std::vector<double> all = gather_all(mine, MPI_DOUBLE, settings.comm);
   const std::size_t n = all.size() / record;
   std::vector<int> nodes(8 * n);
-  std::vector<MultiplierEquations::Row> rows(n);
+  std::vector<MultiplierSystem::Row> rows(n);
   for (std::size_t k = 0; k < n; ++k)
   {
     const double *values = &all[k * record];
@@ -111,13 +111,13 @@ void MultiplierConstraint::build_equations(const Ties<dim> &ties, const dem::Par
     rows[k].node = &nodes[8 * k];
     rows[k].N = values + 13;
   }
-  equations = std::make_unique<MultiplierEquations>(dim, rows, inverse_node_mass);
+  equations = std::make_unique<MultiplierSystem>(dim, rows, inverse_node_mass);
 }
 
-void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
+void WeakMultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
   stored = 0.;
-  if (links.n_particles() == 0)
+  if (interpolation.n_particles() == 0)
     return;
   if (packing.dim == 2)
     apply(ties_2d, phase, particles, fem);
@@ -127,18 +127,18 @@ void MultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles, fe
 
 /// Finds the forces after which the mean velocities agree at the next half step, and adds them.
 template <int dim>
-void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
+void WeakMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
   const bool stepping = phase == dem::Phase::step;
   if (stepping)
     fem.read_window(fem::NodalField::velocity, velocity); // while the window is that of the step before
   work.begin(phase, particles, velocity);
-  const LinkChange change = links.update(particles, fem);
+  const InterpolationChange change = interpolation.update(particles, fem);
   const double dt = settings.time_step;
-  work.add_energy(ties.loads.follow(phase, change, links, ties.cells, particles, dt, packing.size(), settings.comm));
-  if (change == LinkChange::renewed)
+  work.add_energy(ties.loads.follow(phase, change, interpolation, ties.cells, particles, dt, packing.size(), settings.comm));
+  if (change == InterpolationChange::renewed)
     renew(ties, particles, fem);
-  if (change == LinkChange::renewed || !stepping)
+  if (change == InterpolationChange::renewed || !stepping)
     fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::force, force);
@@ -160,17 +160,17 @@ void MultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particl
 /// the nodes, three rows each: c N (velocity after the step, with what chi asks for to close), reaction of the
 /// relaxation, reaction of the springs.
 template <int dim, bool periodic>
-void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles)
+void WeakMultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
-  using Vectors = LinkVectors<dim>;
-  constexpr int corners = LinkCells<dim>::corners;
+  using Vectors = PackedVectors<dim>;
+  constexpr int corners = CellBatches<dim>::corners;
   const double closing = drift_share / settings.time_step;
-  sums.setZero(9, links.n_window());
-  LinkPack energy = {};
+  sums.setZero(9, interpolation.n_window());
+  SimdPack energy = {};
   int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
-    LinkPack place[corners], v[corners], momentum[corners] = {}, damping[corners] = {}, holding[corners] = {};
+    SimdPack place[corners], v[corners], momentum[corners] = {}, damping[corners] = {}, holding[corners] = {};
     ties.cells.places(cell, displacement, place);
     ties.cells.coefficients(cell, velocity, v);
     for (; k < cell.end; ++k)
@@ -183,17 +183,17 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
         const auto *at = batch.begins(p);
         const int pack = n_packs<dim> * k + p;
         const auto xi = batch.place(p);
-        const LinkPack position = Vectors::load(particles.position.data(), at),
+        const SimdPack position = Vectors::load(particles.position.data(), at),
                        own_velocity = Vectors::load(particles.velocity.data(), at),
                        own_force = Vectors::load(particles.force.data(), at);
-        const LinkPack gap = LinkCells<dim>::template gap<periodic>(place, xi, position, packing.periodic);
-        const LinkPack held = Vectors::spread(ties.spring[k], p) * gap,
+        const SimdPack gap = CellBatches<dim>::template gap<periodic>(place, xi, position, packing.periodic);
+        const SimdPack held = Vectors::spread(ties.spring[k], p) * gap,
                        relaxed = Vectors::spread(ties.viscosity[k], p) * (value_of(v, xi) - own_velocity),
                        total = own_force + held + relaxed;
         Vectors::store(particles.force.data(), at, total);
-        const LinkPack ahead = own_velocity + tau * ties.mobility.of(k, p, cell) * total;
+        const SimdPack ahead = own_velocity + tau * ties.inverse_mass.of(k, p, cell) * total;
         energy += 0.5 * held * gap;
-        add_moments(LinkPack(Vectors::spread(ties.c[k], p) * (ahead - closing * gap)), xi, momentum);
+        add_moments(SimdPack(Vectors::spread(ties.c[k], p) * (ahead - closing * gap)), xi, momentum);
         add_moments(relaxed, xi, damping);
         add_moments(held, xi, holding);
         ties.gap[pack] = gap;
@@ -214,9 +214,9 @@ void MultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particl
 
 /// The multipliers, and the forces at the nodes; the first rank adds them.
 template <int dim>
-void MultiplierConstraint::solve(double tau)
+void WeakMultiplierConstraint::solve(double tau)
 {
-  const int n = links.n_window();
+  const int n = interpolation.n_window();
   ahead = velocity.topRows<dim>() + tau * inverse_node_mass.topRows<dim>().cwiseProduct(
                                             force.topRows<dim>() + sums.middleRows<dim>(3) + sums.middleRows<dim>(6));
   equations->multiply(ahead, lambda);
@@ -231,16 +231,16 @@ void MultiplierConstraint::solve(double tau)
 
 /// The multipliers' forces on the particles. Returns the power of the forces of the step before and of these [W].
 template <int dim>
-double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
+double WeakMultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
 {
-  using Vectors = LinkVectors<dim>;
-  constexpr int corners = LinkCells<dim>::corners;
-  LinkPack power = {};
+  using Vectors = PackedVectors<dim>;
+  constexpr int corners = CellBatches<dim>::corners;
+  SimdPack power = {};
   typename Vectors::Couple couple;
   int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
-    LinkPack multiplier[corners];
+    SimdPack multiplier[corners];
     ties.cells.coefficients(cell, lambda, multiplier);
     for (; k < cell.end; ++k)
     {
@@ -251,7 +251,7 @@ double MultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &par
       {
         const auto *at = batch.begins(p);
         const int pack = n_packs<dim> * k + p;
-        const LinkPack force = -Vectors::spread(ties.c[k], p) * value_of(multiplier, batch.place(p)),
+        const SimdPack force = -Vectors::spread(ties.c[k], p) * value_of(multiplier, batch.place(p)),
                        load = ties.relaxed[pack] + force;
         Vectors::store(particles.force.data(), at, Vectors::load(particles.force.data(), at) + force);
         power += ties.loads.exchange(pack, load) * ties.velocity[pack];

@@ -11,11 +11,11 @@
 namespace kerf
 {
 /// Weak multipliers on the finite-element nodes: the mean velocity of the particles around every node of the overlap equals
-/// that of the finite elements, exactly, at every half step (see MultiplierEquations). Particles keep their fluctuations about
+/// that of the finite elements, exactly, at every half step (see MultiplierSystem). Particles keep their fluctuations about
 /// that mean, which a random packing needs; a viscous tie relaxes them by a fraction rho a step, so that what the finite
 /// elements cannot carry fades in the overlap. Towards the outer end of the overlap, where particles weigh less and less
 /// against the loads that the multipliers pass on, weak springs hold each of them near its point.
-class MultiplierConstraint : public Constraint
+class WeakMultiplierConstraint : public Constraint
 {
 public:
   struct Settings
@@ -27,29 +27,29 @@ public:
   };
 
   /// @param packing kept by reference
-  MultiplierConstraint(const Settings &settings, const dem::Packing &packing);
+  WeakMultiplierConstraint(const Settings &settings, const dem::Packing &packing);
 
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
   Tie tie() const override { return Tie::mean; }
   ConstraintEnergy energy() const override { return {stored, -work.local()}; }
-  int n_particles() const override { return links.n_particles(); }
+  int n_particles() const override { return interpolation.n_particles(); }
 
 private:
   /// The ties of this rank: what a step needs of them, and the loads of the present step.
   template <int dim>
   struct Ties
   {
-    LinkCells<dim> cells;
-    TieLoads<dim> loads;              ///< the springs' apart
-    std::vector<LinkLanes> c;         ///< see MultiplierEquations
-    std::vector<LinkLanes> spring;    ///< [N/m]
-    std::vector<LinkLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
-    Mobility<dim> mobility;
+    CellBatches<dim> cells;
+    ForceHistory<dim> loads;          ///< the springs' apart
+    std::vector<SimdLanes> c;         ///< see MultiplierSystem
+    std::vector<SimdLanes> spring;    ///< [N/m]
+    std::vector<SimdLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
+    InverseMass<dim> inverse_mass;
     // of each pack
-    std::vector<LinkPack> gap;      ///< -chi [m]
-    std::vector<LinkPack> velocity; ///< of the particles [m/s]
-    std::vector<LinkPack> relaxed;  ///< force of the relaxation on the particles [N]
+    std::vector<SimdPack> gap;      ///< -chi [m]
+    std::vector<SimdPack> velocity; ///< of the particles [m/s]
+    std::vector<SimdPack> relaxed;  ///< force of the relaxation on the particles [N]
   };
 
   template <int dim>
@@ -68,8 +68,8 @@ private:
   Settings settings;
   const dem::Packing &packing;
   int rank = 0;
-  OverlapLinks links;
-  std::unique_ptr<MultiplierEquations> equations;
+  ParticleInterpolation interpolation;
+  std::unique_ptr<MultiplierSystem> equations;
   Ties<2> ties_2d; // one of the two
   Ties<3> ties_3d;
   Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force; // of the window's nodes
@@ -77,14 +77,14 @@ private:
   Eigen::MatrixXd lambda, ahead;                                     // of the nodes, a row an axis
   Eigen::Matrix3Xd node_force, reaction;                             // without and with the springs'
   double stored = 0.;                                                // in the springs [J]
-  NodeCouple couples;
+  CoupleOnNodes couples;
   InterfaceWork work; // of all forces but the springs'
 };
 
-MultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt);
+WeakMultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt);
 /// What of a particle's fluctuation is relaxed and held: its share, but all of it where it weighs next to nothing. [-]
 double fluctuation_share(double weight, double share);
 /// holding (1 - w)^2 for that share, less where the particle's mass would make it govern the stable step [N/m]. @param mass
 /// weighted [kg]
-double holding_spring(const MultiplierConstraint::Settings &settings, double weight, double share, double mass);
+double holding_spring(const WeakMultiplierConstraint::Settings &settings, double weight, double share, double mass);
 } // namespace kerf

@@ -46,8 +46,8 @@ public:
 
   /// A stored particle that takes part: it has weight, or a bond to one that has.
   bool needs_particle(int index) const { return needed[index]; }
-  /// Particles tied to the finite elements (DC of the seed, eq. 4), ascending: in the overlap, on the border of the particle
-  /// region, and those that take part for the sake of a bond.
+  /// Particles tied to the finite elements (DC of Labra et al., eq. (4)), ascending: in the overlap, on the border of the
+  /// particle region, and those that take part for the sake of a bond.
   const std::vector<TiedParticle> &tied_particles() const { return tied; }
   /// Distance of a cell's centre from the particle region, at most the overlap width and two particle diameters [m].
   double distance_of_cell(int cell) const { return cell_distance.values()[cell]; }

@@ -223,7 +223,7 @@ void CoupledOperator::build_multipliers()
     }
   if (ties.empty())
     return;
-  std::vector<MultiplierEquations::Row> rows(ties.size());
+  std::vector<MultiplierSystem::Row> rows(ties.size());
   Eigen::Matrix3Xd inverse_mass = Eigen::Matrix3Xd::Zero(3, multiplier_nodes.size());
   for (std::size_t k = 0; k < ties.size(); ++k)
   {
@@ -234,7 +234,7 @@ void CoupledOperator::build_multipliers()
   for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
     for (int axis = 0; axis < dim; ++axis)
       inverse_mass(axis, m) = std::pow(inverse_root_mass[multiplier_nodes[m] + axis], 2);
-  equations = std::make_unique<MultiplierEquations>(dim, rows, inverse_mass);
+  equations = std::make_unique<MultiplierSystem>(dim, rows, inverse_mass);
 }
 
 /// dt^2 k + 2 dt c of a tie between a particle and its interpolated point [kg].

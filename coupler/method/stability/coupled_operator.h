@@ -86,10 +86,10 @@ private:
   std::vector<Cell> cells;
   std::unique_ptr<dem::NetworkOperator> network;
   std::vector<Tie> ties;
-  Eigen::VectorXd inverse_root_mass;              // 0 where the motion is prescribed
-  std::unique_ptr<MultiplierEquations> equations; // weak multipliers only
-  std::vector<int> multiplier_nodes;              // first degrees of freedom
-  std::vector<int> tie_multipliers;               // 8 a tie: place among multiplier_nodes
+  Eigen::VectorXd inverse_root_mass;           // 0 where the motion is prescribed
+  std::unique_ptr<MultiplierSystem> equations; // weak multipliers only
+  std::vector<int> multiplier_nodes;           // first degrees of freedom
+  std::vector<int> tie_multipliers;            // 8 a tie: place among multiplier_nodes
   Eigen::VectorXd mode;
 };
 } // namespace kerf

@@ -236,8 +236,8 @@ StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, con
   return steps;
 }
 
-void StabilityWatch::check(const fem::FemSide &fem, const Overlap &overlap, const std::vector<TiedParticle> &tied,
-                           const std::vector<char> &active, const std::vector<int> &cells, double dt, Corrector *corrector)
+void StabilityMonitor::check(const fem::FemSide &fem, const Overlap &overlap, const std::vector<TiedParticle> &tied,
+                             const std::vector<char> &active, const std::vector<int> &cells, double dt, Corrector *corrector)
 {
   // Values come from below. Six products, from the mode of the event before, have not given less than 0.7 of what 200 give
   // (2D and 3D cuts, penalty and multipliers): far below the limit no second look is needed.

@@ -24,8 +24,8 @@ struct StableSteps
 /// Limits for a mode: the smallest of the sides that take part and of the overlap. Mode fixed has its overlap from the start:
 /// its operator is solved. The overlap of mode adaptive is not known beforehand; there a penalty or relaxation lowers the
 /// sides' limit by a bound, omega^2 dt^2 + beta <= 4; with constant springs, which know no masses, an overlap in the middle of
-/// the mesh is solved, too. The operator of the real overlap is watched after each activation (see StabilityWatch). Leaves the
-/// weights of @p fem at one. Collective.
+/// the mesh is solved, too. The operator of the real overlap is watched after each activation (see StabilityMonitor). Leaves
+/// the weights of @p fem at one. Collective.
 StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, MPI_Comm comm);
 
 /// Density of the particles, rock density / solid fraction [kg/m^3].
@@ -37,10 +37,10 @@ double particle_density(const Case &settings, const dem::Packing &packing);
 double particle_frequency(const dem::Packing &packing, double k_n, double k_t, double density);
 
 /// Follows the highest mode of the weighted, constrained model around the cells that were converted last.
-class StabilityWatch
+class StabilityMonitor
 {
 public:
-  StabilityWatch(const Case &settings, const dem::Packing &packing, MPI_Comm comm)
+  StabilityMonitor(const Case &settings, const dem::Packing &packing, MPI_Comm comm)
     : settings(settings), packing(packing), comm(comm)
   {
   }

@@ -36,7 +36,7 @@ Eigen::Matrix3Xd places()
   return points;
 }
 
-/// Cell by cell and with monomials, links do what they do one by one with shape functions: both ways, for any field.
+/// Cell by cell and with monomials, entries do what they do one by one with shape functions: both ways, for any field.
 template <int dim>
 void compare_with_shape_functions()
 {
@@ -50,30 +50,31 @@ void compare_with_shape_functions()
   std::vector<TiedParticle> tied(n);
   for (int i = 0; i < n; ++i)
     tied[i].index = i;
-  OverlapLinks links(packing, WindowNodes::own, MPI_COMM_WORLD);
-  links.set_particles(tied);
-  ASSERT_EQ(links.update(particles.view(), *side), LinkChange::renewed);
-  LinkCells<dim> cells;
-  cells.assign(links, side->mesh(), packing);
+  ParticleInterpolation interpolation(packing, WindowNodes::own, MPI_COMM_WORLD);
+  interpolation.set_particles(tied);
+  ASSERT_EQ(interpolation.update(particles.view(), *side), InterpolationChange::renewed);
+  CellBatches<dim> cells;
+  cells.assign(interpolation, side->mesh(), packing);
 
-  const Eigen::Matrix3Xd field = fem::test::noise_field(links.n_window(), 1., 5, 3);
-  Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, links.n_window()), expected = sums;
-  using Vectors = LinkVectors<dim>;
+  const Eigen::Matrix3Xd field = fem::test::noise_field(interpolation.n_window(), 1., 5, 3);
+  Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, interpolation.n_window()), expected = sums;
+  using Vectors = PackedVectors<dim>;
   const double along[] = {1., 2., 3.};
   const auto direction = Vectors::load_one(along);
-  std::vector<LinkLanes> numbers(links.n_window()), given_numbers(links.n_window(), LinkLanes{}); // several of each node
-  for (int a = 0; a < links.n_window(); ++a)
-    numbers[a] = LinkLanes{field(0, a), field(1, a), field(2, a), 1.};
-  const std::vector<LinkLanes> load =
+  std::vector<SimdLanes> numbers(interpolation.n_window()),
+    given_numbers(interpolation.n_window(), SimdLanes{}); // several of each node
+  for (int a = 0; a < interpolation.n_window(); ++a)
+    numbers[a] = SimdLanes{field(0, a), field(1, a), field(2, a), 1.};
+  const std::vector<SimdLanes> load =
     cells.lanes_of([](std::size_t k) { return fem::test::noise(static_cast<std::uint64_t>(k)); });
   constexpr double round_off = 1e-13; // of a few dozen terms of order one
   int begin = 0, n_seen = 0, n_hanging = 0;
   for (const auto &cell : cells.cells())
   {
-    constexpr int corners = LinkCells<dim>::corners;
-    LinkPack packed[corners], packed_places[corners], scaled_places[corners], given[corners] = {};
+    constexpr int corners = CellBatches<dim>::corners;
+    SimdPack packed[corners], packed_places[corners], scaled_places[corners], given[corners] = {};
     typename Vectors::One present[corners];
-    LinkLanes of_numbers[corners], moments[corners] = {};
+    SimdLanes of_numbers[corners], moments[corners] = {};
     cells.places(cell, field, present);
     cells.coefficients_of(cell, numbers, of_numbers);
     cells.places(cell, field, scaled_places, 3.);
@@ -82,38 +83,38 @@ void compare_with_shape_functions()
     for (int k = begin; k < cell.end; ++k)
     {
       const auto &batch = cells.batches()[k];
-      for (int l = 0; l < n_link_lanes; ++l)
+      for (int l = 0; l < n_simd_lanes; ++l)
       {
         if (!cells.is_used(k, l))
           continue;
         ++n_seen;
         n_hanging += cell.hanging >= 0;
-        const OverlapLink &link = links.links()[cells.link(k, l)];
+        const InterpolatedParticle &entry = interpolation.entries()[cells.entry(k, l)];
         Vector3d value = Vector3d::Zero();
-        for (int a = 0; a < link.n; ++a)
-          value += link.N[a] * field.col(link.node[a]);
-        const auto xi = batch.place(l / Vectors::links);
-        std::array<LinkLanes, dim> here;
+        for (int a = 0; a < entry.n; ++a)
+          value += entry.N[a] * field.col(entry.node[a]);
+        const auto xi = batch.place(l / Vectors::interpolation);
+        std::array<SimdLanes, dim> here;
         std::array<typename Vectors::One, dim> one_here;
         for (int d = 0; d < dim; ++d)
         {
-          here[d] = LinkLanes{} + batch.xi[d][l];
+          here[d] = SimdLanes{} + batch.xi[d][l];
           one_here[d] = typename Vectors::One{} + batch.xi[d][l];
         }
-        add_moments(LinkLanes(load[k][l] * LinkLanes{1., 2., 3., 4.}), here, moments);
+        add_moments(SimdLanes(load[k][l] * SimdLanes{1., 2., 3., 4.}), here, moments);
         for (int c = 0; c < dim; ++c)
         {
-          const int in_pack = Vectors::components * (l % Vectors::links) + c;
+          const int in_pack = Vectors::components * (l % Vectors::interpolation) + c;
           EXPECT_NEAR(value_of(of_numbers, here)[c], value[c], round_off);
-          EXPECT_NEAR(value_of(present, one_here)[c], link.origin[c] + value[c], round_off);
-          EXPECT_NEAR(value_of(scaled_places, xi)[in_pack], 3. * link.origin[c] + value[c], round_off);
+          EXPECT_NEAR(value_of(present, one_here)[c], entry.origin[c] + value[c], round_off);
+          EXPECT_NEAR(value_of(scaled_places, xi)[in_pack], 3. * entry.origin[c] + value[c], round_off);
           EXPECT_NEAR(value_of(packed, xi)[in_pack], value[c], round_off);
-          EXPECT_NEAR(value_of(packed_places, xi)[in_pack], link.origin[c] + value[c], round_off);
+          EXPECT_NEAR(value_of(packed_places, xi)[in_pack], entry.origin[c] + value[c], round_off);
         }
-        OverlapLinks::spread(link, load[k][l] * Vector3d(1., 2., 3.), expected);
+        ParticleInterpolation::spread(entry, load[k][l] * Vector3d(1., 2., 3.), expected);
       }
       for (int p = 0; p < n_packs<dim>; ++p)
-        add_moments(LinkPack(Vectors::spread(load[k], p) * Vectors::repeat(direction)), batch.place(p), given);
+        add_moments(SimdPack(Vectors::spread(load[k], p) * Vectors::repeat(direction)), batch.place(p), given);
     }
     cells.scatter(cell, given, 1., sums);
     cells.scatter_to(cell, moments, given_numbers);
@@ -121,8 +122,8 @@ void compare_with_shape_functions()
   }
   EXPECT_EQ(n_seen, n);
   EXPECT_GT(n_hanging, 20);
-  EXPECT_LT((sums - expected).topRows<dim>().cwiseAbs().maxCoeff(), 100. * round_off); // sums over the links of a node
-  for (int a = 0; a < links.n_window(); ++a)
+  EXPECT_LT((sums - expected).topRows<dim>().cwiseAbs().maxCoeff(), 100. * round_off); // sums over the entries of a node
+  for (int a = 0; a < interpolation.n_window(); ++a)
   {
     for (int c = 0; c < 3; ++c)
       EXPECT_NEAR(given_numbers[a][c], expected(c, a), 100. * round_off);
@@ -136,7 +137,7 @@ void sort_by_component()
   const Eigen::Matrix3Xd before = fem::test::noise_field(30, 1., 8, 3);
   Eigen::Matrix3Xd after = before;
   const std::ptrdiff_t begin[] = {6, 0, 81, 12, 45, 33, 60, 60}; // the last one is the one before it again
-  std::array<LinkPack, dim> lanes = load_octet<dim>(before.data(), begin);
+  std::array<SimdPack, dim> lanes = load_octet<dim>(before.data(), begin);
   for (int slot = 0; slot < n_octet; ++slot)
     for (int c = 0; c < dim; ++c)
     {
@@ -150,7 +151,7 @@ void sort_by_component()
     expected.col(begin[slot] / 3).head<dim>() *= 2.;
   EXPECT_EQ(after, expected);
 
-  LinkPack rows[8];
+  SimdPack rows[8];
   for (int k = 0; k < 8; ++k)
     for (int l = 0; l < 8; ++l)
       rows[k][l] = 10. * k + l;
@@ -169,19 +170,19 @@ TEST(Octet, SortsByComponentInSpace)
   sort_by_component<3>();
 }
 
-TEST(LinkCells, AgreeWithShapeFunctionsInPlane)
+TEST(CellBatches, AgreeWithShapeFunctionsInPlane)
 {
   compare_with_shape_functions<2>();
 }
 
-TEST(LinkCells, AgreeWithShapeFunctionsInSpace)
+TEST(CellBatches, AgreeWithShapeFunctionsInSpace)
 {
   compare_with_shape_functions<3>();
 }
 
-// A window may show nodes around those of the links. What is kept for the nodes of the links alone must not be looked up there,
-// not even times zero.
-TEST(LinkCells, TakeNoNodesThatNoLinkHas)
+// A window may show nodes around those of the entries. What is kept for the nodes of the entries alone must not be looked up
+// there, not even times zero.
+TEST(CellBatches, TakeNoNodesThatNoLinkHas)
 {
   const auto side = refined_side<2>();
   dem::Packing packing;
@@ -189,19 +190,19 @@ TEST(LinkCells, TakeNoNodesThatNoLinkHas)
   packing.positions.col(0) << 3.5 * h, 0., 0.; // on a side: the upper corners of its cell do not carry it
   packing.radii = Eigen::VectorXd::Constant(1, 0.1 * h);
   test::DummyParticles particles(packing.positions);
-  OverlapLinks links(packing, WindowNodes::own, MPI_COMM_WORLD);
+  ParticleInterpolation interpolation(packing, WindowNodes::own, MPI_COMM_WORLD);
   std::vector<int> around;
   for (int node = 0; node < side->mesh().n_nodes(); ++node)
     if (side->mesh().nodes(0, node) > 2.5 * h) // where no node hangs
       around.push_back(node);
-  links.widen([&](int) { return around; });
-  links.set_particles(std::vector<TiedParticle>(1, TiedParticle{0}));
-  links.update(particles.view(), *side);
-  ASSERT_EQ(links.n_carriers(), 2);
-  ASSERT_EQ(links.n_window(), static_cast<int>(around.size()));
-  LinkCells<2> cells;
-  cells.assign(links, side->mesh(), packing);
+  interpolation.widen([&](int) { return around; });
+  interpolation.set_particles(std::vector<TiedParticle>(1, TiedParticle{0}));
+  interpolation.update(particles.view(), *side);
+  ASSERT_EQ(interpolation.n_carriers(), 2);
+  ASSERT_EQ(interpolation.n_window(), static_cast<int>(around.size()));
+  CellBatches<2> cells;
+  cells.assign(interpolation, side->mesh(), packing);
   ASSERT_EQ(cells.cells().size(), 1u);
   for (const int node : cells.cells()[0].node)
-    EXPECT_LT(node, links.n_carriers());
+    EXPECT_LT(node, interpolation.n_carriers());
 }

@@ -58,7 +58,7 @@ std::string error_of(const Case &settings, const fem::Mesh &mesh)
 {
   try
   {
-    find_packing_space(settings, mesh);
+    find_packing_domain(settings, mesh);
   }
   catch (const InputError &error)
   {
@@ -76,24 +76,24 @@ Case case_with(double diameter)
 }
 } // namespace
 
-TEST(PackingSpace, IsTheBoxWhenTheMeshFillsIt)
+TEST(PackingDomain, IsTheBoxWhenTheMeshFillsIt)
 {
-  const PackingSpace flat = find_packing_space(case_with(0.1), mesh_of(2, {{{0, 0, 0}}, {{1, 0, 0}}}));
+  const PackingDomain flat = find_packing_domain(case_with(0.1), mesh_of(2, {{{0, 0, 0}}, {{1, 0, 0}}}));
   EXPECT_EQ(flat.surface, nullptr);
   EXPECT_DOUBLE_EQ(flat.volume, 2.);
   EXPECT_DOUBLE_EQ(flat.box.upper[0], 2.);
-  const PackingSpace solid =
-    find_packing_space(case_with(0.1), mesh_of(3, {{{0, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{0, 1, 1}}}));
+  const PackingDomain solid =
+    find_packing_domain(case_with(0.1), mesh_of(3, {{{0, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{0, 1, 1}}}));
   EXPECT_EQ(solid.surface, nullptr);
   EXPECT_DOUBLE_EQ(solid.volume, 4.);
 }
 
-TEST(PackingSpace, IsTheBoundaryOfAnyOtherMesh)
+TEST(PackingDomain, IsTheBoundaryOfAnyOtherMesh)
 {
   for (const int dim : {2, 3})
   {
     const fem::Mesh mesh = mesh_of(dim, {{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}});
-    const PackingSpace space = find_packing_space(case_with(0.1), mesh);
+    const PackingDomain space = find_packing_domain(case_with(0.1), mesh);
     ASSERT_NE(space.surface, nullptr);
     EXPECT_NEAR(space.volume, 3., 1e-12);
     const dem::ClosedSurface closed(dim, *space.surface, 0.1);
@@ -103,14 +103,14 @@ TEST(PackingSpace, IsTheBoundaryOfAnyOtherMesh)
   }
 }
 
-TEST(PackingSpace, IsTheSurfaceFileInsideTheMesh)
+TEST(PackingDomain, IsTheSurfaceFileInsideTheMesh)
 {
   const fem::Mesh mesh = mesh_of(3, {{{0, 0, 0}}, {{1, 0, 0}}});
   Case settings = case_with(0.1);
   settings.packing_surface_file =
     std::filesystem::temp_directory_path() / ("kerf_packing_space_" + std::to_string(getpid()) + ".stl");
   dem::test::write_stl(dem::test::sphere(3, 0.5, {1., 0.5, 0.5}), settings.packing_surface_file, true);
-  const PackingSpace space = find_packing_space(settings, mesh);
+  const PackingDomain space = find_packing_domain(settings, mesh);
   ASSERT_NE(space.surface, nullptr);
   EXPECT_NEAR(space.volume, std::acos(-1.) / 6., 0.01);
   EXPECT_NEAR(space.box.lower[0], 0.5, 1e-6);

@@ -203,7 +203,7 @@ TEST(PenaltyConstraint, ForceIsGradientOfEnergy)
 }
 
 // The equations of all components at once against dense matrices, with masses that differ from one component to the next.
-TEST(MultiplierEquations, AreThoseOfDenseMatrices)
+TEST(MultiplierSystem, AreThoseOfDenseMatrices)
 {
   const int n = 150;
   const Eigen::Matrix3Xd points = scattered_points(n);
@@ -211,7 +211,7 @@ TEST(MultiplierEquations, AreThoseOfDenseMatrices)
   const int n_nodes = fem.mesh().n_nodes();
   const std::vector<fem::Interpolation> found = fem.locate(points);
   Eigen::MatrixXd N = Eigen::MatrixXd::Zero(n, n_nodes), c = Eigen::MatrixXd::Zero(n, n);
-  std::vector<MultiplierEquations::Row> rows(n);
+  std::vector<MultiplierSystem::Row> rows(n);
   for (int i = 0; i < n; ++i)
   {
     rows[i] = {1. + 0.01 * i, {}, found[i].n, found[i].nodes.data(), found[i].N.data()};
@@ -226,7 +226,7 @@ TEST(MultiplierEquations, AreThoseOfDenseMatrices)
   const Eigen::MatrixXd B = N.transpose() * c * N;
   for (const int dim : {2, 3})
   {
-    const MultiplierEquations equations(dim, rows, inverse_mass);
+    const MultiplierSystem equations(dim, rows, inverse_mass);
     const Eigen::MatrixXd right = Eigen::MatrixXd::Random(dim, n_nodes);
     Eigen::MatrixXd solution = right, product;
     equations.solve(solution);
@@ -234,11 +234,11 @@ TEST(MultiplierEquations, AreThoseOfDenseMatrices)
     EXPECT_LT((product - right * B).norm(), 1e-13 * product.norm());
     for (int axis = 0; axis < dim; ++axis)
     {
-      Eigen::VectorXd mobility(n);
+      Eigen::VectorXd inverse_mass(n);
       for (int i = 0; i < n; ++i)
-        mobility[i] = c(i, i) * c(i, i) * rows[i].inverse_mass[axis];
+        inverse_mass[i] = c(i, i) * c(i, i) * rows[i].inverse_mass[axis];
       const Eigen::VectorXd of_nodes = inverse_mass.row(axis);
-      const Eigen::MatrixXd A = N.transpose() * mobility.asDiagonal() * N + B * of_nodes.asDiagonal() * B;
+      const Eigen::MatrixXd A = N.transpose() * inverse_mass.asDiagonal() * N + B * of_nodes.asDiagonal() * B;
       const Eigen::VectorXd x = solution.row(axis), b = right.row(axis);
       EXPECT_LT((A * x - b).norm(), 1e-8 * b.norm());
     }

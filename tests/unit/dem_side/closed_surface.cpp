@@ -168,16 +168,16 @@ TEST(LaguerreCells, OfTwoSizesOnACubicLattice)
   packing.dim = 3;
   packing.positions.resize(3, n * n * n);
   packing.radii.resize(n * n * n);
-  std::vector<char> wanted(n * n * n, 0);
+  std::vector<char> target(n * n * n, 0);
   for (int i = 0; i < n * n * n; ++i)
   {
     const int x = i % n, y = i / n % n, z = i / (n * n);
     packing.positions.col(i) << x, y, z;
     packing.radii[i] = (x + y + z) % 2 ? a : b;
-    wanted[i] = std::min({x, y, z}) > 2 && std::max({x, y, z}) < n - 2;
+    target[i] = std::min({x, y, z}) > 2 && std::max({x, y, z}) < n - 2;
   }
-  const Eigen::VectorXd volumes = laguerre_volumes(packing, wanted);
+  const Eigen::VectorXd volumes = laguerre_volumes(packing, target);
   const double small = 8. * std::pow(D - s, 3);
   for (int i = 0; i < n * n * n; ++i)
-    EXPECT_NEAR(volumes[i], !wanted[i] ? 0. : packing.radii[i] == b ? small : 2. * D * D * D - small, 1e-12);
+    EXPECT_NEAR(volumes[i], !target[i] ? 0. : packing.radii[i] == b ? small : 2. * D * D * D - small, 1e-12);
 }

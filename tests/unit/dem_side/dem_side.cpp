@@ -228,7 +228,7 @@ TEST(DemSide, OrderChangesWithTheArrays)
   std::set<std::uint64_t> orders;
   std::vector<int> indices;
   bool changed = false;
-  const ForceHook watch = [&](Phase, Particles &p)
+  const ForceHook monitor = [&](Phase, Particles &p)
   {
     const bool known = !orders.insert(p.order).second;
     const std::vector<int> now(p.index, p.index + p.n);
@@ -236,10 +236,10 @@ TEST(DemSide, OrderChangesWithTheArrays)
       changed = true;
     indices = now;
   };
-  start(dem, packing, first, watch);
-  dem.advance(20, watch);
+  start(dem, packing, first, monitor);
+  dem.advance(20, monitor);
   EXPECT_EQ(orders.size(), 1u); // a quiet run does not touch the order
-  start(dem, packing, second, watch);
+  start(dem, packing, second, monitor);
   EXPECT_EQ(orders.size(), 2u);
   EXPECT_FALSE(changed);
 }

@@ -35,12 +35,12 @@ TEST(Slabs, AreNotThinnerThanAsked)
   expect_near(balanced_borders({0., 0.}, 2, 0.1), {0., 0.5, 1.});                   // nothing there
 }
 
-// What lay in a slab comes to a neighbour at most: no border passes the old place of the next one.
+// What lay in a segment comes to a neighbour at most: no border passes the old place of the next one.
 TEST(Slabs, ApproachInSteps)
 {
-  const Borders equal = {0., 0.25, 0.5, 0.75, 1.}, wanted = {0., 0.05, 0.1, 0.15, 1.};
-  const Borders first = approach(equal, wanted, 0.01), second = approach(first, wanted, 0.01);
+  const Borders equal = {0., 0.25, 0.5, 0.75, 1.}, target = {0., 0.05, 0.1, 0.15, 1.};
+  const Borders first = approach(equal, target, 0.01), second = approach(first, target, 0.01);
   expect_near(first, {0., 0.05, 0.26, 0.51, 1.});
   expect_near(second, {0., 0.05, 0.1, 0.27, 1.});
-  expect_near(approach(second, wanted, 0.01), wanted);
+  expect_near(approach(second, target, 0.01), target);
 }

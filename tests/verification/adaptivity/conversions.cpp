@@ -75,7 +75,7 @@ TEST(Changes, UniformLatticeGoesBackAndForth)
 
   const std::vector<int> cells = columns_at_front(body, strip.strip, 2, true);
   const double layer = tension_energy(strip, eps, 2. * strip.strip.cell_length());
-  body.model.give_back(cells);
+  body.model.return_to_continuum(cells);
   EXPECT_LT((body.fem->gather(fem::NodalField::displacement) - u).norm(), 1e-7 * u.norm());
   EXPECT_LT(body.model.dem().n_active(), n_active - 10);
   EXPECT_LT(largest_kinetic(body, 100), 1e-8 * layer);
@@ -108,7 +108,7 @@ TEST(Changes, RandomPackingGoesBackQuietly)
   Body body(strip.settings, strip.packing, rested.dt);
   test::take_state(body, rested);
   const double layer = tension_energy(strip, eps, 2. * strip.strip.cell_length());
-  body.model.give_back(columns_at_front(body, strip.strip, 2, true));
+  body.model.return_to_continuum(columns_at_front(body, strip.strip, 2, true));
   const double kinetic = largest_kinetic(body, 150);
   std::cout << "[ return   ] conversion " << 100. * body.model.energies().conversion / layer << " %, kinetic "
             << 100. * kinetic / layer << " % of the layer's energy" << std::endl;
@@ -243,14 +243,14 @@ TEST(Changes, ActivationBelowConcentratedLoad)
     const fem::Mesh &mesh = body.fem->mesh();
     body.fem->compute_forces();
     const Eigen::Matrix3Xd f = body.fem->gather(fem::NodalField::force),
-                           mobility = body.fem->gather(fem::NodalField::inverse_mass);
+                           inverse_mass = body.fem->gather(fem::NodalField::inverse_mass);
     std::vector<int> all(mesh.n_cells());
     for (int cell = 0; cell < mesh.n_cells(); ++cell)
       all[cell] = cell;
     const std::vector<fem::CellStiffness> stiffness = body.fem->cell_stiffness(all);
     std::vector<Eigen::Triplet<double>> entries;
     const auto dof = [&](int cell, int i) { return 2 * mesh.cells(i / 2, cell) + i % 2; };
-    const auto is_free = [&](int i) { return mobility(i % 2, i / 2) > 0.; };
+    const auto is_free = [&](int i) { return inverse_mass(i % 2, i / 2) > 0.; };
     for (int cell = 0; cell < mesh.n_cells(); ++cell)
       for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j)

@@ -66,7 +66,10 @@ public:
     return {state.col(0), state.col(1)};
   }
 
-  Inventory inventory() { return take_inventory(*body->fem, body->model.dem(), body->model.energies(), MPI_COMM_WORLD); }
+  ConservedQuantities inventory()
+  {
+    return conserved_quantities(*body->fem, body->model.dem(), body->model.energies(), MPI_COMM_WORLD);
+  }
 
   std::unique_ptr<Body> body;
   int loose = -1;
@@ -80,9 +83,9 @@ TEST(Loose, BouncesOffFiniteElements)
 {
   Block block;
   block.throw_from(Vector3d(24.3 * d, top + 0.6 * d, 0.), Vector3d(0.2, -1., 0.));
-  EXPECT_EQ(block.body->model.loose_particles().n_loose(), 1);
-  EXPECT_TRUE(block.body->model.loose_particles().is_loose(block.loose));
-  const Inventory before = block.inventory();
+  EXPECT_EQ(block.body->model.debris().n_debris(), 1);
+  EXPECT_TRUE(block.body->model.debris().is_debris(block.loose));
+  const ConservedQuantities before = block.inventory();
   const EnergyLedger at_start = block.body->model.energies();
   ASSERT_GT(at_start.held(), 0.);
 
@@ -102,7 +105,7 @@ TEST(Loose, BouncesOffFiniteElements)
   EXPECT_NEAR(v[0], 0.2, 0.01); // waves tilt the surface
   EXPECT_GT(x[1], top + 0.5 * d);
 
-  const Inventory after = block.inventory();
+  const ConservedQuantities after = block.inventory();
   const double momentum = before.momentum.norm();
   EXPECT_LT((after.momentum - before.momentum).norm(), 1e-10 * momentum);
   EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(), 0.15 * momentum * d);

@@ -10,10 +10,10 @@ namespace
 {
 /// All kinds of boundaries and loads, hanging nodes, weights that vary and switch cells off, forces on a window and on the
 /// surface.
-class Scene
+class Problem
 {
 public:
-  Scene(MPI_Comm comm, const int dim, const Integration integration) : comm(comm), h(dim == 2 ? 0.02 : 0.05)
+  Problem(MPI_Comm comm, const int dim, const Integration integration) : comm(comm), h(dim == 2 ? 0.02 : 0.05)
   {
     const double depth = dim == 2 ? 0. : 4. * h;
     Settings settings = box({0.8, 0.5, depth}, h, comm);
@@ -112,7 +112,7 @@ INSTANTIATE_TEST_SUITE_P(All, FemRanks,
 TEST_P(FemRanks, ManyRanksGiveTheAnswerOfOne)
 {
   const auto [dim, integration] = GetParam();
-  Scene alone(MPI_COMM_SELF, dim, integration), together(MPI_COMM_WORLD, dim, integration);
+  Problem alone(MPI_COMM_SELF, dim, integration), together(MPI_COMM_WORLD, dim, integration);
   EXPECT_EQ(alone.side->n_active_cells(), together.side->n_active_cells());
   EXPECT_EQ(alone.side->mesh().nodes, together.side->mesh().nodes);
   EXPECT_EQ(alone.side->mesh().cells, together.side->mesh().cells);

@@ -56,7 +56,7 @@ struct Springs
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &n_ranks);
     for (int i = rank; i < packing.size(); i += n_ranks)
-      mine.push_back(i);
+      local.push_back(i);
   }
 
   struct Forces
@@ -67,8 +67,8 @@ struct Springs
   /// For displacements of particles and nodes.
   Forces at(const Matrix3Xd &of_particles, const Matrix3Xd &of_nodes)
   {
-    test::DummyParticles particles((packing.positions + of_particles)(Eigen::all, mine), 2.);
-    particles.index = mine;
+    test::DummyParticles particles((packing.positions + of_particles)(Eigen::all, local), 2.);
+    particles.index = local;
     dem::Particles view = particles.view();
     fem->set_state(of_nodes, Matrix3Xd::Zero(3, of_nodes.cols()));
     fem->compute_forces();
@@ -77,7 +77,7 @@ struct Springs
     Forces result;
     result.nodes = fem->gather(fem::NodalField::force) - before;
     result.particles = Matrix3Xd::Zero(3, packing.size());
-    result.particles(Eigen::all, mine) = particles.f;
+    result.particles(Eigen::all, local) = particles.f;
     result.energy = constraint->energy().stored;
     MPI_Allreduce(MPI_IN_PLACE, result.particles.data(), static_cast<int>(result.particles.size()), MPI_DOUBLE, MPI_SUM,
                   MPI_COMM_WORLD);
@@ -88,7 +88,7 @@ struct Springs
   Eigen::VectorXd stiffness() const
   {
     Eigen::VectorXd result = Eigen::VectorXd::Zero(packing.size());
-    result(mine) = constraint->springs();
+    result(local) = constraint->springs();
     MPI_Allreduce(MPI_IN_PLACE, result.data(), packing.size(), MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
     return result;
   }
@@ -113,7 +113,7 @@ struct Springs
   std::unique_ptr<fem::FemSide> fem;
   Overlap overlap;
   std::unique_ptr<Constraint> constraint;
-  std::vector<int> mine;
+  std::vector<int> local;
 };
 
 Case random_strip(int dim)
@@ -216,11 +216,11 @@ TEST_P(Corrected, FollowsTheMasses)
   const Eigen::VectorXd after = springs.stiffness();
   springs.constraint = make_constraint(springs.settings, springs.packing, 1e-7, MPI_COMM_WORLD);
   springs.constraint->set_particles(springs.overlap.tied_particles());
-  const auto fresh = springs.at(x, u);
+  const auto added = springs.at(x, u);
   EXPECT_GT((after - before).norm(), 0.1 * before.norm());
   EXPECT_LT((after - springs.stiffness()).norm(), 1e-13 * after.norm());
-  EXPECT_LT((moved.particles - fresh.particles).norm(), 1e-12 * fresh.particles.norm());
-  EXPECT_LT((moved.nodes - fresh.nodes).norm(), 1e-12 * fresh.nodes.norm());
+  EXPECT_LT((moved.particles - added.particles).norm(), 1e-12 * added.particles.norm());
+  EXPECT_LT((moved.nodes - added.nodes).norm(), 1e-12 * added.nodes.norm());
 }
 
 // Particles that were put where they belong feel nothing, however the rock has turned.

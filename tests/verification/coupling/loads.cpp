@@ -48,7 +48,7 @@ double sum_over_ranks(double value)
 } // namespace
 
 // A random packing and a disc, too: the shares are all of the faces' area, and normals point outwards.
-TEST(FaceShares, AddUpToTheFaces)
+TEST(TributaryAreas, AddUpToTheFaces)
 {
   Case settings = lattice_case();
   settings.packing.kind = "random";
@@ -61,7 +61,7 @@ TEST(FaceShares, AddUpToTheFaces)
     const auto faces = fem::selected_faces(fem->mesh(), condition(id, fem::BoundaryKind::fixed));
     double area = 0.;
     int previous = -1;
-    for (const FaceShare &share : face_shares(fem->mesh(), faces, packing))
+    for (const TributaryArea &share : tributary_areas(fem->mesh(), faces, packing))
     {
       EXPECT_GT(share.particle, previous);
       previous = share.particle;
@@ -100,7 +100,8 @@ TEST(CoupledLoads, FreeFall)
 
 // Bodies under in-situ stress between in-situ, absorbing and roller sides stay at rest. What moves is the lattice's skin: every
 // other row ends half a diameter before the sides, and at its top half of the bonds are missing, so tractions by area meet
-// particles that settle by a part of the strain over a row or two of 30: a few per cent of the energy, most of it elastic.
+// particles that relax_particles by a part of the strain over a row or two of 30: a few per cent of the energy, most of it
+// elastic.
 TEST(CoupledLoads, InitialStressStays)
 {
   Case settings = lattice_case();

@@ -41,7 +41,8 @@ Case make_case(fem::BoundaryKind boundary)
 /// Linear momentum (x, y) and angular momentum of both sides.
 Vector3d momenta(Body &body)
 {
-  const Inventory inventory = take_inventory(*body.fem, body.model.dem(), body.model.energies(), MPI_COMM_WORLD);
+  const ConservedQuantities inventory =
+    conserved_quantities(*body.fem, body.model.dem(), body.model.energies(), MPI_COMM_WORLD);
   return {inventory.momentum[0], inventory.momentum[1], inventory.angular_momentum[2]};
 }
 

@@ -181,9 +181,9 @@ TEST(PeriodicBody, KeepsItsMomentum)
     zero, [](const Vector3d &x)
     { return Vector3d(std::sin(1e4 * x[0] + 3.), std::cos(7e3 * x[0]) + 0.5 * std::sin(2. * M_PI * x[1] / height), 0.); });
   body.model.start();
-  const Inventory before = take_inventory(*body.fem, body.model.dem(), body.model.energies(), MPI_COMM_WORLD);
+  const ConservedQuantities before = conserved_quantities(*body.fem, body.model.dem(), body.model.energies(), MPI_COMM_WORLD);
   body.model.advance(1000);
-  const Inventory after = take_inventory(*body.fem, body.model.dem(), body.model.energies(), MPI_COMM_WORLD);
+  const ConservedQuantities after = conserved_quantities(*body.fem, body.model.dem(), body.model.energies(), MPI_COMM_WORLD);
   const double whole = body.settings.rock.density * cells_x * h * height;
   EXPECT_NEAR(before.mass, whole, 0.01 * whole); // weights are integrated on one side, summed on the other
   EXPECT_LT((after.momentum - before.momentum).norm(), 1e-11 * whole);

@@ -72,14 +72,14 @@ TEST_P(RandomPacking, HasTheWantedRadii)
 {
   const Packing &packing = packing_of(GetParam());
   const PackingSettings settings = settings_of(GetParam());
-  const double mean = packing.radii.mean(), wanted = settings.mean_diameter / 2.;
-  EXPECT_NEAR(packing.mean_diameter, 2. * mean, 1e-12 * wanted); // another order of summation
+  const double mean = packing.radii.mean(), target = settings.mean_diameter / 2.;
+  EXPECT_NEAR(packing.mean_diameter, 2. * mean, 1e-12 * target); // another order of summation
   // 1850 draws scatter by 0.23 / sqrt(1850) = 0.5 % and the last scaling to jamming by as much: 2 %.
-  EXPECT_NEAR(mean, wanted, 0.02 * wanted);
+  EXPECT_NEAR(mean, target, 0.02 * target);
   const double spread = std::sqrt((packing.radii.array() - mean).square().mean()) / mean;
   EXPECT_NEAR(spread, settings.radius_spread / std::sqrt(3.), 0.05 * spread); // of the uniform distribution
-  EXPECT_GE(packing.radii.minCoeff(), 0.98 * wanted * (1. - settings.radius_spread));
-  EXPECT_LE(packing.radii.maxCoeff(), 1.02 * wanted * (1. + settings.radius_spread));
+  EXPECT_GE(packing.radii.minCoeff(), 0.98 * target * (1. - settings.radius_spread));
+  EXPECT_LE(packing.radii.maxCoeff(), 1.02 * target * (1. + settings.radius_spread));
 }
 
 TEST_P(RandomPacking, IsFlushWithTheSides)

@@ -38,7 +38,7 @@ Packing uneven(Packing packing)
   return packing;
 }
 
-std::vector<NewParticle> shaken(const Packing &packing, double velocity)
+std::vector<NewParticle> perturbed(const Packing &packing, double velocity)
 {
   auto particles = all_particles(packing);
   for (NewParticle &p : particles)
@@ -58,7 +58,7 @@ void expect_momentum_is_kept(const Packing &packing, double damping)
   s.time_step *= 0.4; // the smallest particles have 0.35 of the mean mass
   s.bond.damping = damping;
   DemSide dem(s);
-  start(dem, packing, shaken(packing, 1.));
+  start(dem, packing, perturbed(packing, 1.));
   const Eigen::Vector3d centre = 0.5 * (packing.lower + packing.upper);
   const Momentum before = momentum(dem, packing, centre);
   dem.advance(1000, {});
@@ -88,7 +88,7 @@ TEST(DemConservation, EnergyOfAVibratingBlock)
     if (packing.dim == 3)
       s.time_step *= std::sqrt(6.5 / 10.); // FCC with free rotations: omega_max^2 = 40 k_t / m
     DemSide dem(s);
-    start(dem, packing, shaken(packing, 0.5)); // bonds are strained by 1e-3: the law is well in its nonlinear terms
+    start(dem, packing, perturbed(packing, 0.5)); // bonds are strained by 1e-3: the law is well in its nonlinear terms
     const Energies begin = dem.energies();
     const double total = begin.kinetic + begin.elastic;
     // Verlet oscillates by (omega dt)^2 / 8 of the energy of a mode around a conserved value, at 0.2 of the limit 2 % for the
@@ -125,7 +125,7 @@ TEST(DemConservation, EnergyBalanceOfABreakingBlock)
   s.bond.R_t = 1e-4 * packing.mean_diameter * s.bond.k_n;
   s.bond.damping = 0.05;
   DemSide dem(s);
-  start(dem, packing, shaken(packing, 0.5));
+  start(dem, packing, perturbed(packing, 0.5));
   const Energies begin = dem.energies();
   dem.advance(4000, {});
   const Energies end = dem.energies();
@@ -145,7 +145,7 @@ TEST(DemConservation, LocalDampingIsCounted)
   s.time_step *= 0.1;
   s.local_damping = 0.1;
   DemSide dem(s);
-  start(dem, packing, shaken(packing, 0.5));
+  start(dem, packing, perturbed(packing, 0.5));
   const Energies begin = dem.energies();
   dem.advance(2000, {});
   const Energies end = dem.energies();

@@ -47,7 +47,7 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
 
   const double dt = fraction_of_step * stable_steps(settings, Mode::dem, *fem, packing, MPI_COMM_WORLD).dem;
   const dem::Settings particles = particle_settings(settings, packing, dt, MPI_COMM_SELF);
-  OuterWork work(dt, MPI_COMM_SELF), absorbed(dt, MPI_COMM_SELF);
+  ParticleWork work(dt, MPI_COMM_SELF), absorbed(dt, MPI_COMM_SELF);
   int n = 0;
   const dem::ForceHook hook = [&](dem::Phase phase, dem::Particles &all)
   {

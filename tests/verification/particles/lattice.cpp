@@ -42,7 +42,7 @@ double wave_frequency(const Packing &packing, const Eigen::Vector3d &direction, 
   double before = amplitude, crossing = 0.;
   std::vector<double> crossings;
   int n = 0;
-  const ForceHook watch = [&](Phase phase, Particles &all)
+  const ForceHook monitor = [&](Phase phase, Particles &all)
   {
     if (phase != Phase::step)
       return;
@@ -56,8 +56,8 @@ double wave_frequency(const Packing &packing, const Eigen::Vector3d &direction, 
         before = now;
       }
   };
-  start(dem, packing, particles, watch);
-  dem.advance(static_cast<int>(0.8 * steps_a_period), watch);
+  start(dem, packing, particles, monitor);
+  dem.advance(static_cast<int>(0.8 * steps_a_period), monitor);
   EXPECT_EQ(crossings.size(), 2u);
   if (crossings.size() == 2)
     crossing = crossings[1]; // 3/4 of the period

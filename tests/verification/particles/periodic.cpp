@@ -46,16 +46,16 @@ int plane_of(const Packing &packing, int i)
 
 std::vector<ActiveBond> all_bonds(const DemSide &dem)
 {
-  const std::vector<ActiveBond> mine = dem.bonds();
+  const std::vector<ActiveBond> local = dem.bonds();
   int n_ranks = 0;
   MPI_Comm_size(MPI_COMM_WORLD, &n_ranks);
   std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
-  const int bytes = static_cast<int>(mine.size() * sizeof(ActiveBond));
+  const int bytes = static_cast<int>(local.size() * sizeof(ActiveBond));
   MPI_Allgather(&bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, MPI_COMM_WORLD);
   for (int r = 1; r < n_ranks; ++r)
     offsets[r] = offsets[r - 1] + counts[r - 1];
   std::vector<ActiveBond> all((offsets.back() + counts.back()) / sizeof(ActiveBond));
-  MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(), MPI_BYTE, MPI_COMM_WORLD);
+  MPI_Allgatherv(local.data(), bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(), MPI_BYTE, MPI_COMM_WORLD);
   return all;
 }
 
@@ -215,8 +215,8 @@ struct Result
   Eigen::Vector3d momentum_change;
 };
 
-/// A body that shakes and drifts through the seam by 1.5 diameters along each axis.
-Result shake(const Packing &packing, Settings s, MPI_Comm comm, double speed)
+/// A body that perturbations and drifts through the seam by 1.5 diameters along each axis.
+Result perturb(const Packing &packing, Settings s, MPI_Comm comm, double speed)
 {
   s.comm = comm;
   DemSide dem(s);
@@ -260,7 +260,7 @@ TEST(DemPeriodic, BodiesDriftThroughTheSeamOnAnyNumberOfRanks)
   for (const Packing &packing : {strip(16, 8), bar(12, 4)})
   {
     const Settings s = settings(packing);
-    const Result alone = shake(packing, s, MPI_COMM_SELF, 0.3), together = shake(packing, s, MPI_COMM_WORLD, 0.3);
+    const Result alone = perturb(packing, s, MPI_COMM_SELF, 0.3), together = perturb(packing, s, MPI_COMM_WORLD, 0.3);
     EXPECT_EQ(alone.intact, static_cast<std::int64_t>(packing.bonds.size()));
     EXPECT_EQ(together.intact, alone.intact);
     EXPECT_EQ(alone.broken + together.broken, 0);
@@ -278,7 +278,7 @@ TEST(DemPeriodic, BondsBreakOnceAtTheSeam)
   Settings s = settings(packing);
   s.bond.R_n = 1e-3 * d * s.bond.k_n;
   s.bond.R_t = 3e-4 * d * s.bond.k_n;
-  const Result alone = shake(packing, s, MPI_COMM_SELF, 1.), together = shake(packing, s, MPI_COMM_WORLD, 1.);
+  const Result alone = perturb(packing, s, MPI_COMM_SELF, 1.), together = perturb(packing, s, MPI_COMM_WORLD, 1.);
   for (const Result &result : {alone, together})
   {
     EXPECT_GT(result.broken, static_cast<std::int64_t>(packing.bonds.size() / 20));

@@ -17,18 +17,18 @@ using Break = std::tuple<std::int64_t, int, int, int>;
 /// Broken bonds of all ranks, sorted.
 std::vector<Break> breaks(const DemSide &dem, MPI_Comm comm)
 {
-  std::vector<std::int64_t> mine;
+  std::vector<std::int64_t> local;
   for (const BrokenBond &b : dem.broken_bonds())
-    mine.insert(mine.end(), {b.step, b.first, b.second, b.shear});
+    local.insert(local.end(), {b.step, b.first, b.second, b.shear});
   int n_ranks = 0;
   MPI_Comm_size(comm, &n_ranks);
   std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
-  const int n = static_cast<int>(mine.size());
+  const int n = static_cast<int>(local.size());
   MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
   for (int r = 1; r < n_ranks; ++r)
     offsets[r] = offsets[r - 1] + counts[r - 1];
   std::vector<std::int64_t> all(offsets.back() + counts.back());
-  MPI_Allgatherv(mine.data(), n, MPI_INT64_T, all.data(), counts.data(), offsets.data(), MPI_INT64_T, comm);
+  MPI_Allgatherv(local.data(), n, MPI_INT64_T, all.data(), counts.data(), offsets.data(), MPI_INT64_T, comm);
   std::vector<Break> result;
   for (std::size_t i = 0; i < all.size(); i += 4)
     result.emplace_back(all[i], static_cast<int>(all[i + 1]), static_cast<int>(all[i + 2]), static_cast<int>(all[i + 3]));
@@ -39,18 +39,18 @@ std::vector<Break> breaks(const DemSide &dem, MPI_Comm comm)
 /// Pairs that are bonded at present, of all ranks, sorted.
 std::vector<std::array<int, 2>> bonded_pairs(const DemSide &dem, MPI_Comm comm)
 {
-  std::vector<int> mine;
+  std::vector<int> local;
   for (const ActiveBond &bond : dem.bonds())
-    mine.insert(mine.end(), {bond.first, bond.second});
+    local.insert(local.end(), {bond.first, bond.second});
   int n_ranks = 0;
   MPI_Comm_size(comm, &n_ranks);
   std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
-  const int n = static_cast<int>(mine.size());
+  const int n = static_cast<int>(local.size());
   MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
   for (int r = 1; r < n_ranks; ++r)
     offsets[r] = offsets[r - 1] + counts[r - 1];
   std::vector<int> all(offsets.back() + counts.back());
-  MPI_Allgatherv(mine.data(), n, MPI_INT, all.data(), counts.data(), offsets.data(), MPI_INT, comm);
+  MPI_Allgatherv(local.data(), n, MPI_INT, all.data(), counts.data(), offsets.data(), MPI_INT, comm);
   std::vector<std::array<int, 2>> pairs;
   for (std::size_t i = 0; i < all.size(); i += 2)
     pairs.push_back({{all[i], all[i + 1]}});
@@ -67,8 +67,8 @@ struct Result
   Energies energies;
 };
 
-/// A body that shakes and drifts by (1.2, 0.7) diameters, in space by 0.9 along z, so that particles change rank and take their
-/// bonds along.
+/// A body that perturbations and drifts by (1.2, 0.7) diameters, in space by 0.9 along z, so that particles change rank and
+/// take their bonds along.
 struct Motion
 {
   double noise; // of the velocities [m/s]

@@ -100,7 +100,7 @@ void expect_same_motion(const dem::Packing &packing, const std::vector<fem::Boun
 
   ParticleBoundary boundary(fem->mesh(), settings.rock, settings.boundary_conditions, packing);
   constexpr int steps = 1000;
-  OuterWork driven(particles.time_step, MPI_COMM_SELF), absorbed(particles.time_step, MPI_COMM_SELF);
+  ParticleWork driven(particles.time_step, MPI_COMM_SELF), absorbed(particles.time_step, MPI_COMM_SELF);
   int n = 0;
   const dem::ForceHook hook = [&](dem::Phase phase, dem::Particles &all)
   {

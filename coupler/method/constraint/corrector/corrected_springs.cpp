@@ -8,9 +8,9 @@ namespace kerf
 {
 namespace
 {
-/// A field at eight links. @p coefficient of the monomials, by their numbers.
+/// A field at eight entries. @p coefficient of the monomials, by their numbers.
 template <std::size_t dim, typename Coefficient>
-[[gnu::always_inline]] inline LinkPack value_at(const std::array<LinkPack, dim> &xi, const Coefficient &coefficient)
+[[gnu::always_inline]] inline SimdPack value_at(const std::array<SimdPack, dim> &xi, const Coefficient &coefficient)
 {
   double coefficients[1 << dim];
 #pragma GCC unroll 8
@@ -23,14 +23,14 @@ template <std::size_t dim, typename Coefficient>
 template <typename Vector, int n, typename Row>
 [[gnu::always_inline]] inline Vector sums_of_rows(const Row &row)
 {
-  LinkPack rows[8] = {};
+  SimdPack rows[8] = {};
 #pragma GCC unroll 8
   for (int k = 0; k < n; ++k)
     rows[k] = row(k);
-  const LinkPack sums = sums_of(rows);
-  if constexpr (std::is_same_v<Vector, LinkPack>)
+  const SimdPack sums = sums_of(rows);
+  if constexpr (std::is_same_v<Vector, SimdPack>)
     return sums;
-  else if constexpr (std::is_same_v<Vector, LinkLanes>)
+  else if constexpr (std::is_same_v<Vector, SimdLanes>)
     return __builtin_shufflevector(sums, sums, 0, 1, 2, 3);
   else
     return __builtin_shufflevector(sums, sums, 0, 1);
@@ -38,8 +38,9 @@ template <typename Vector, int n, typename Row>
 } // namespace
 
 template <int dim>
-void CorrectedSprings<dim>::renew(const LinkCells<dim> &cells, const OverlapLinks &links, const Corrector &corrector,
-                                  const dem::Particles &particles, const std::vector<double> &stiffness)
+void CorrectedSprings<dim>::renew(const CellBatches<dim> &cells, const ParticleInterpolation &interpolation,
+                                  const Corrector &corrector, const dem::Particles &particles,
+                                  const std::vector<double> &stiffness)
 {
   octets.clear();
   link_of.clear();
@@ -49,9 +50,9 @@ void CorrectedSprings<dim>::renew(const LinkCells<dim> &cells, const OverlapLink
   {
     std::vector<int> of_cell;
     for (; k < static_cast<std::size_t>(cell.end); ++k)
-      for (int l = 0; l < n_link_lanes; ++l)
+      for (int l = 0; l < n_simd_lanes; ++l)
         if (cells.is_used(k, l))
-          of_cell.push_back(cells.link(k, l));
+          of_cell.push_back(cells.entry(k, l));
     const std::size_t n = (of_cell.size() + n_octet - 1) / n_octet;
     for (std::size_t slot = 0; slot < n * n_octet; ++slot)
     {
@@ -63,32 +64,32 @@ void CorrectedSprings<dim>::renew(const LinkCells<dim> &cells, const OverlapLink
       }
       Octet &octet = octets.back();
       link_of.back()[slot % n_octet] = number;
-      const OverlapLink &link = links.links()[number];
+      const InterpolatedParticle &entry = interpolation.entries()[number];
       for (int d = 0; d < dim; ++d)
-        octet.xi[d][lane] = link.xi[d];
+        octet.xi[d][lane] = entry.xi[d];
       octet.stiffness[lane] = slot < of_cell.size() ? stiffness[number] : 0.;
       for (int c = 0; c < dim; ++c)
         for (int s = 0; s < n_strains; ++s)
-          octet.fluctuation[c][s][lane] = static_cast<float>(corrector.of(particles.index[link.particle], c, s));
+          octet.fluctuation[c][s][lane] = static_cast<float>(corrector.of(particles.index[entry.particle], c, s));
     }
     end.push_back(static_cast<int>(octets.size()));
     longest = std::max(longest, n);
   }
   pulls.resize(longest);
-  renumber(links);
-  strains.assign(corrector.gradient(), links, cells);
+  renumber(interpolation);
+  strains.assign(corrector.gradient(), interpolation, cells);
 }
 
 template <int dim>
-void CorrectedSprings<dim>::renumber(const OverlapLinks &links)
+void CorrectedSprings<dim>::renumber(const ParticleInterpolation &interpolation)
 {
   for (std::size_t k = 0; k < octets.size(); ++k)
     for (int slot = 0; slot < n_octet; ++slot)
-      octets[k].begin[slot] = 3 * std::ptrdiff_t(links.links()[link_of[k][slot]].particle);
+      octets[k].begin[slot] = 3 * std::ptrdiff_t(interpolation.entries()[link_of[k][slot]].particle);
 }
 
 template <int dim>
-double CorrectedSprings<dim>::pull(const LinkCells<dim> &cells, const Eigen::Matrix3Xd &node_displacement,
+double CorrectedSprings<dim>::pull(const CellBatches<dim> &cells, const Eigen::Matrix3Xd &node_displacement,
                                    const Eigen::Vector3d &period, dem::Particles &particles, Eigen::Matrix3Xd &node_force)
 {
   return period.isZero(0.) ? pull<false>(cells, node_displacement, period, particles, node_force)
@@ -97,11 +98,11 @@ double CorrectedSprings<dim>::pull(const LinkCells<dim> &cells, const Eigen::Mat
 
 template <int dim>
 template <bool periodic>
-double CorrectedSprings<dim>::pull(const LinkCells<dim> &cells, const Eigen::Matrix3Xd &node_displacement,
+double CorrectedSprings<dim>::pull(const CellBatches<dim> &cells, const Eigen::Matrix3Xd &node_displacement,
                                    const Eigen::Vector3d &period, dem::Particles &particles, Eigen::Matrix3Xd &node_force)
 {
   strains.gather(node_displacement);
-  LinkPack energy = {};
+  SimdPack energy = {};
   int begin = 0;
   for (std::size_t n = 0; n < end.size(); ++n)
   {
@@ -163,17 +164,17 @@ template <bool periodic>
 #pragma GCC unroll 8
   for (int s = 0; s < n_strains; ++s)
   {
-    const LinkPack strain = value_at(octet.xi, [&](int m) { return field.strain[m][s]; });
+    const SimdPack strain = value_at(octet.xi, [&](int m) { return field.strain[m][s]; });
 #pragma GCC unroll 3
     for (int c = 0; c < dim; ++c)
       pull.fluctuation[c] += widened(octet.fluctuation[c][s]) * strain;
   }
   const auto position = load_octet<dim>(particles.position.data(), octet.begin);
-  LinkPack turned_back[dim] = {};
+  SimdPack turned_back[dim] = {};
 #pragma GCC unroll 3
   for (int c = 0; c < dim; ++c)
   {
-    LinkPack gap = value_at(octet.xi, [&](int m) { return field.place[m][c]; }) - position[c]; // -chi
+    SimdPack gap = value_at(octet.xi, [&](int m) { return field.place[m][c]; }) - position[c]; // -chi
 #pragma GCC unroll 3
     for (int d = 0; d < dim; ++d)
       gap += field.turn[d][c] * pull.fluctuation[d];
@@ -211,10 +212,10 @@ template <int dim>
 
 /// What the springs of a cell give to the nodes, to their strains, and to the turn of the cell.
 template <int dim>
-[[gnu::always_inline]] inline void CorrectedSprings<dim>::give(const LinkCells<dim> &cells, std::size_t cell, const Sums &sums,
-                                                               Eigen::Matrix3Xd &node_force)
+[[gnu::always_inline]] inline void CorrectedSprings<dim>::give(const CellBatches<dim> &cells, std::size_t cell,
+                                                               const Sums &sums, Eigen::Matrix3Xd &node_force)
 {
-  using One = typename LinkVectors<dim>::One;
+  using One = typename PackedVectors<dim>::One;
   using Strain = typename StrainComponents<dim>::Vector;
   One force[corners];
   Strain stress[corners];

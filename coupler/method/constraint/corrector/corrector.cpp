@@ -197,12 +197,12 @@ std::vector<const Corrector::Lengths *> Corrector::lengths(const std::vector<int
       known_lengths[i].known_at = change;
     }
   }
-  const std::vector<Row> fresh = rows(pending);
+  const std::vector<Row> added = rows(pending);
   for (std::size_t k = 0; k < pending.size(); ++k)
   {
     Lengths &row = known_lengths[pending[k]];
-    row.node = fresh[k].node;
-    for (const Eigen::Matrix3d &P : fresh[k].P)
+    row.node = added[k].node;
+    for (const Eigen::Matrix3d &P : added[k].P)
       row.length.push_back(size_of(P, packing.dim));
   }
   std::vector<const Lengths *> result;

@@ -69,7 +69,7 @@ private:
 };
 
 /// For each row, sum_b |P_b|/M_b sum_j share_j |P_jb| [1/kg]: with 1/m_i the inverse of the mass that the spring moves, see
-/// OverlapLinks::tied_masses(). Negative when a node has no mass.
+/// ParticleInterpolation::tied_masses(). Negative when a node has no mass.
 std::vector<double> inverse_masses_of_nodes(const std::vector<const Corrector::Lengths *> &rows,
                                             const std::vector<TiedParticle> &tied, const Eigen::VectorXd &node_mass);
 } // namespace kerf

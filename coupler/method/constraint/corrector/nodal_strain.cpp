@@ -13,7 +13,8 @@ double share_of(int n)
 } // namespace
 
 template <int dim>
-void StrainWindow<dim>::assign(const RecoveredGradient &recovered, const OverlapLinks &links, const LinkCells<dim> &cells)
+void NodalStrain<dim>::assign(const RecoveredGradient &recovered, const ParticleInterpolation &interpolation,
+                              const CellBatches<dim> &cells)
 {
   middles.clear();
   number_of.clear();
@@ -23,23 +24,23 @@ void StrainWindow<dim>::assign(const RecoveredGradient &recovered, const Overlap
   std::size_t k = 0;
   for (const auto &cell : cells.cells())
   {
-    const OverlapLink &link = links.links()[cells.link(k, 0)];
+    const InterpolatedParticle &entry = interpolation.entries()[cells.entry(k, 0)];
     std::vector<int> nodes;
-    for (int a = 0; a < link.n; ++a)
-      nodes.push_back(links.window()[link.node[a]]);
-    add_mean(recovered.turning(link.cell, nodes), recovered, links.columns());
+    for (int a = 0; a < entry.n; ++a)
+      nodes.push_back(interpolation.window()[entry.node[a]]);
+    add_mean(recovered.turning(entry.cell, nodes), recovered, interpolation.columns());
     k = cell.end;
   }
-  for (int a = 0; a < links.n_carriers(); ++a)
-    add_mean(recovered.counting_around(links.window()[a]), recovered, links.columns());
+  for (int a = 0; a < interpolation.n_carriers(); ++a)
+    add_mean(recovered.counting_around(interpolation.window()[a]), recovered, interpolation.columns());
   of_middle.resize(middles.size());
   mean.resize(end.size());
-  of_nodes.assign(links.n_carriers(), Strain{});
+  of_nodes.assign(interpolation.n_carriers(), Strain{});
 }
 
 template <int dim>
-void StrainWindow<dim>::add_mean(const std::vector<int> &cells, const RecoveredGradient &recovered,
-                                 const std::vector<int> &column_of_node)
+void NodalStrain<dim>::add_mean(const std::vector<int> &cells, const RecoveredGradient &recovered,
+                                const std::vector<int> &column_of_node)
 {
   for (const int cell : cells)
   {
@@ -65,9 +66,9 @@ void StrainWindow<dim>::add_mean(const std::vector<int> &cells, const RecoveredG
 }
 
 template <int dim>
-void StrainWindow<dim>::gather(const Eigen::Matrix3Xd &displacement)
+void NodalStrain<dim>::gather(const Eigen::Matrix3Xd &displacement)
 {
-  using Vectors = LinkVectors<dim>;
+  using Vectors = PackedVectors<dim>;
   using Components = StrainComponents<dim>;
   for (std::size_t k = 0; k < middles.size(); ++k)
   {
@@ -114,9 +115,9 @@ void StrainWindow<dim>::gather(const Eigen::Matrix3Xd &displacement)
 }
 
 template <int dim>
-void StrainWindow<dim>::scatter(Eigen::Matrix3Xd &force)
+void NodalStrain<dim>::scatter(Eigen::Matrix3Xd &force)
 {
-  using Vectors = LinkVectors<dim>;
+  using Vectors = PackedVectors<dim>;
   using Components = StrainComponents<dim>;
   given_to_middle.assign(middles.size(), Gradient{});
   int at = 0;
@@ -150,6 +151,6 @@ void StrainWindow<dim>::scatter(Eigen::Matrix3Xd &force)
     }
 }
 
-template class StrainWindow<2>;
-template class StrainWindow<3>;
+template class NodalStrain<2>;
+template class NodalStrain<3>;
 } // namespace kerf

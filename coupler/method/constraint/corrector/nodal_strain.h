@@ -9,21 +9,21 @@
 
 namespace kerf
 {
-/// Green's strain E_a = (F_a^T F_a - 1)/2 at the nodes of the links and F of their cells, by the displacements of the window,
+/// Green's strain E_a = (F_a^T F_a - 1)/2 at the nodes of the entries and F of their cells, by the displacements of the window,
 /// and the transpose: from what is given to E and F to the forces on the window's nodes. See Corrector.
 template <int dim>
-class StrainWindow
+class NodalStrain
 {
 public:
-  using One = typename LinkVectors<dim>::One;
+  using One = typename PackedVectors<dim>::One;
   using Strain = typename StrainComponents<dim>::Vector;
   typedef std::array<One, dim> Gradient; ///< by the axis along which is differentiated
 
-  void assign(const RecoveredGradient &recovered, const OverlapLinks &links, const LinkCells<dim> &cells);
+  void assign(const RecoveredGradient &recovered, const ParticleInterpolation &interpolation, const CellBatches<dim> &cells);
 
   /// Strains and turns for these displacements of the window [m], nothing given to them.
   void gather(const Eigen::Matrix3Xd &displacement);
-  /// At the links' nodes.
+  /// At the entries' nodes.
   const std::vector<Strain> &strain() const { return of_nodes; }
   /// F of a cell: its column @p d.
   const One &turn(std::size_t cell, int d) const { return mean[cell][d]; }
@@ -35,7 +35,7 @@ public:
   void scatter(Eigen::Matrix3Xd &force);
 
 private:
-  static constexpr int corners = LinkCells<dim>::corners;
+  static constexpr int corners = CellBatches<dim>::corners;
   /// The gradient in the middle of a cell is sum_a u_a (x) share_a.
   struct Middle
   {

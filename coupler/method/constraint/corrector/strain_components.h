@@ -13,13 +13,13 @@ struct StrainComponents<2>
 {
   static constexpr int n = 3;
   static constexpr int axes[n][2] = {{0, 0}, {1, 1}, {0, 1}};
-  typedef LinkLanes Vector; ///< all of them, and nothing
+  typedef SimdLanes Vector; ///< all of them, and nothing
 };
 template <>
 struct StrainComponents<3>
 {
   static constexpr int n = 6;
   static constexpr int axes[n][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
-  typedef LinkPack Vector;
+  typedef SimdPack Vector;
 };
 } // namespace kerf

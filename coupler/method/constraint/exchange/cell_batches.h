@@ -60,32 +60,32 @@ template <typename Value, std::size_t corners, typename Place>
   }
 }
 
-/// The links of a rank cell by cell, several at once: the nodes of a cell are looked up and pushed once for all of its links.
-/// Fields in a cell are multilinear; the coefficients of their monomials need no shape functions, only a link's place in the
-/// cell.
+/// The entries of a rank cell by cell, several at once: the nodes of a cell are looked up and pushed once for all of its
+/// entries. Fields in a cell are multilinear; the coefficients of their monomials need no shape functions, only an entry's
+/// place in the cell.
 template <int dim>
-class LinkCells
+class CellBatches
 {
 public:
   static constexpr int corners = 1 << dim;
-  using Vectors = LinkVectors<dim>;
+  using Vectors = PackedVectors<dim>;
   using One = typename Vectors::One;
 
-  /// Some links of one cell. Lanes that are left over repeat a link; the numbers of lanes_of() are zero there.
+  /// Some entries of one cell. Lanes that are left over repeat an entry; the numbers of lanes_of() are zero there.
   struct alignas(64) Batch
   {
-    std::array<LinkLanes, dim> xi;
-    std::ptrdiff_t begin[n_link_lanes]; ///< of the particles' vectors in arrays of three components
+    std::array<SimdLanes, dim> xi;
+    std::ptrdiff_t begin[n_simd_lanes]; ///< of the particles' vectors in arrays of three components
 
     /// Of a pack.
-    [[gnu::always_inline]] std::array<LinkPack, dim> place(int number) const
+    [[gnu::always_inline]] std::array<SimdPack, dim> place(int number) const
     {
-      std::array<LinkPack, dim> result;
+      std::array<SimdPack, dim> result;
       for (int d = 0; d < dim; ++d)
         result[d] = Vectors::spread(xi[d], number);
       return result;
     }
-    [[gnu::always_inline]] const std::ptrdiff_t *begins(int number) const { return begin + Vectors::links * number; }
+    [[gnu::always_inline]] const std::ptrdiff_t *begins(int number) const { return begin + Vectors::interpolation * number; }
     int particle(int lane) const { return static_cast<int>(begin[lane] / 3); }
   };
   /// The batches of a cell stand one after the other.
@@ -94,17 +94,17 @@ public:
     One place[corners];            ///< of the corners in the reference configuration, not torn by periodic axes [m]
     std::array<int, corners> node; ///< columns of the window; of a cell that hangs the masters
     int end = 0;                   ///< of its batches
-    bool blocked = false;          ///< whether one of its links has a direction in which it cannot move
+    bool blocked = false;          ///< whether one of its entries has a direction in which it cannot move
     int hanging = -1;              ///< place among shares of masters
   };
 
-  void assign(const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing);
+  void assign(const ParticleInterpolation &interpolation, const fem::Mesh &mesh, const dem::Packing &packing);
   /// After particles have got other places in the arrays.
-  void renumber(const OverlapLinks &links)
+  void renumber(const ParticleInterpolation &interpolation)
   {
     for (std::size_t k = 0; k < all_batches.size(); ++k)
-      for (int l = 0; l < n_link_lanes; ++l)
-        all_batches[k].begin[l] = 3 * std::ptrdiff_t(links.links()[link_of[k][l]].particle);
+      for (int l = 0; l < n_simd_lanes; ++l)
+        all_batches[k].begin[l] = 3 * std::ptrdiff_t(interpolation.entries()[link_of[k][l]].particle);
   }
 
   const std::vector<Cell> &cells() const { return all_cells; }
@@ -119,15 +119,15 @@ public:
 
   /// Coefficients of a vector field of the window's nodes, columns of a matrix, for value_of() a pack.
   template <typename Matrix>
-  [[gnu::always_inline]] void coefficients(const Cell &cell, const Matrix &field, LinkPack (&result)[corners]) const
+  [[gnu::always_inline]] void coefficients(const Cell &cell, const Matrix &field, SimdPack (&result)[corners]) const
   {
     One values[corners];
     at_corners(cell, field, values);
     repeat_coefficients(values, result);
   }
-  /// Of the places of the finite elements now, which links tie particles to [m]; or of these times @p rate, when the field is
+  /// Of the places of the finite elements now, which entries tie particles to [m]; or of these times @p rate, when the field is
   /// more than displacements times that.
-  [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement, LinkPack (&result)[corners],
+  [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement, SimdPack (&result)[corners],
                                      double rate = 1.) const
   {
     One values[corners];
@@ -136,17 +136,17 @@ public:
   }
   /// -chi of a pack [m]. @param period of the axes in which space repeats itself [m]
   template <bool periodic>
-  [[gnu::always_inline]] static LinkPack gap(const LinkPack (&places)[corners], const std::array<LinkPack, dim> &xi,
-                                             const LinkPack &position, const Eigen::Vector3d &period)
+  [[gnu::always_inline]] static SimdPack gap(const SimdPack (&places)[corners], const std::array<SimdPack, dim> &xi,
+                                             const SimdPack &position, const Eigen::Vector3d &period)
   {
-    LinkPack result = value_of(places, xi) - position;
+    SimdPack result = value_of(places, xi) - position;
     if (periodic)
       wrap<dim>(result, period);
     return result;
   }
-  /// The transpose: by its moments, @p sign times what the links of a cell give goes to the vectors of the nodes.
+  /// The transpose: by its moments, @p sign times what the entries of a cell give goes to the vectors of the nodes.
   template <typename Matrix>
-  [[gnu::always_inline]] void scatter(const Cell &cell, const LinkPack (&moments)[corners], double sign, Matrix &&field) const
+  [[gnu::always_inline]] void scatter(const Cell &cell, const SimdPack (&moments)[corners], double sign, Matrix &&field) const
   {
     One sums[corners];
     for (int m = 0; m < corners; ++m)
@@ -154,7 +154,7 @@ public:
     scatter(cell, sums, field);
   }
 
-  /// The same once, not for every link of a pack: of vectors that are kept by node, and of the places.
+  /// The same once, not for every entry of a pack: of vectors that are kept by node, and of the places.
   template <typename Value>
   [[gnu::always_inline]] void coefficients_of(const Cell &cell, const std::vector<Value> &of_nodes,
                                               Value (&result)[corners]) const
@@ -188,20 +188,20 @@ public:
     }
   }
 
-  /// A number of every link, in the lanes of the batches.
+  /// A number of every entry, in the lanes of the batches.
   template <typename OfLink>
-  std::vector<LinkLanes> lanes_of(const OfLink &of_link) const
+  std::vector<SimdLanes> lanes_of(const OfLink &of_link) const
   {
-    std::vector<LinkLanes> lanes(all_batches.size(), LinkLanes{});
+    std::vector<SimdLanes> lanes(all_batches.size(), SimdLanes{});
     for (std::size_t k = 0; k < place_of.size(); ++k)
-      lanes[place_of[k] / n_link_lanes][place_of[k] % n_link_lanes] = of_link(k);
+      lanes[place_of[k] / n_simd_lanes][place_of[k] % n_simd_lanes] = of_link(k);
     return lanes;
   }
-  int link(std::size_t batch, int lane) const { return link_of[batch][lane]; }
-  /// Whether a lane has a link of its own.
+  int entry(std::size_t batch, int lane) const { return link_of[batch][lane]; }
+  /// Whether a lane has an entry of its own.
   bool is_used(std::size_t batch, int lane) const
   {
-    return place_of[link_of[batch][lane]] == static_cast<int>(batch) * n_link_lanes + lane;
+    return place_of[link_of[batch][lane]] == static_cast<int>(batch) * n_simd_lanes + lane;
   }
 
 private:
@@ -221,7 +221,7 @@ private:
     for (int a = 0; a < corners; ++a)
       values[a] += rate * cell.place[a];
   }
-  [[gnu::always_inline]] static void repeat_coefficients(One (&values)[corners], LinkPack (&result)[corners])
+  [[gnu::always_inline]] static void repeat_coefficients(One (&values)[corners], SimdPack (&result)[corners])
   {
     to_coefficients(values);
     for (int m = 0; m < corners; ++m)
@@ -251,32 +251,34 @@ private:
         master[m] += shares[cell.hanging][a][m] * part[a];
     std::copy(master, master + corners, part);
   }
-  Cell make_cell(const OverlapLink &link, const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing);
+  Cell make_cell(const InterpolatedParticle &entry, const ParticleInterpolation &interpolation, const fem::Mesh &mesh,
+                 const dem::Packing &packing);
 
   std::vector<Cell> all_cells;
   std::vector<Shares> shares; // of the corners' motion that each master gives, of cells that hang
   std::vector<Batch> all_batches;
-  std::vector<std::array<int, n_link_lanes>> link_of; // of each batch
-  std::vector<int> place_of;                          // of each link: lane of a batch
+  std::vector<std::array<int, n_simd_lanes>> link_of; // of each batch
+  std::vector<int> place_of;                          // of each entry: lane of a batch
 };
 
-/// Nodes that carry no link may have no column, or one whose fields end before: any other will do, it is taken times zero.
+/// Nodes that carry no entry may have no column, or one whose fields end before: any other will do, it is taken times zero.
 template <int dim>
-typename LinkCells<dim>::Cell LinkCells<dim>::make_cell(const OverlapLink &link, const OverlapLinks &links,
-                                                        const fem::Mesh &mesh, const dem::Packing &packing)
+typename CellBatches<dim>::Cell CellBatches<dim>::make_cell(const InterpolatedParticle &entry,
+                                                            const ParticleInterpolation &interpolation, const fem::Mesh &mesh,
+                                                            const dem::Packing &packing)
 {
   Cell cell;
-  const Eigen::Vector3d origin = Eigen::Map<const Eigen::Vector3d>(link.origin.data());
+  const Eigen::Vector3d origin = Eigen::Map<const Eigen::Vector3d>(entry.origin.data());
   for (int a = 0; a < corners; ++a)
   {
-    const Eigen::Vector3d place = origin + packing.shortest(mesh.nodes.col(mesh.cells(a, link.cell)) - origin);
+    const Eigen::Vector3d place = origin + packing.shortest(mesh.nodes.col(mesh.cells(a, entry.cell)) - origin);
     cell.place[a] = Vectors::load_one(place.data());
   }
-  const fem::CellMotion motion = fem::cell_motion(mesh, link.cell);
+  const fem::CellMotion motion = fem::cell_motion(mesh, entry.cell);
   const int n = static_cast<int>(motion.nodes.size());
-  cell.node.fill(link.node[0]);
+  cell.node.fill(entry.node[0]);
   for (int m = 0; m < n; ++m)
-    if (const int column = links.columns()[motion.nodes[m]]; column >= 0 && column < links.n_carriers())
+    if (const int column = interpolation.columns()[motion.nodes[m]]; column >= 0 && column < interpolation.n_carriers())
       cell.node[m] = column;
   Shares share{};
   bool hangs = false;
@@ -295,31 +297,31 @@ typename LinkCells<dim>::Cell LinkCells<dim>::make_cell(const OverlapLink &link,
 }
 
 template <int dim>
-void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, const dem::Packing &packing)
+void CellBatches<dim>::assign(const ParticleInterpolation &interpolation, const fem::Mesh &mesh, const dem::Packing &packing)
 {
-  const std::vector<OverlapLink> &list = links.links();
+  const std::vector<InterpolatedParticle> &list = interpolation.entries();
   std::vector<int> number(mesh.n_cells(), -1), count;
   all_cells.clear();
   shares.clear();
-  for (const OverlapLink &link : list)
+  for (const InterpolatedParticle &entry : list)
   {
-    if (number[link.cell] < 0)
+    if (number[entry.cell] < 0)
     {
-      number[link.cell] = static_cast<int>(all_cells.size());
-      all_cells.push_back(make_cell(link, links, mesh, packing));
+      number[entry.cell] = static_cast<int>(all_cells.size());
+      all_cells.push_back(make_cell(entry, interpolation, mesh, packing));
       count.push_back(0);
     }
-    ++count[number[link.cell]];
-    if (std::any_of(link.blocked.begin(), link.blocked.begin() + dim, [](bool blocked) { return blocked; }))
-      all_cells[number[link.cell]].blocked = true;
+    ++count[number[entry.cell]];
+    if (std::any_of(entry.blocked.begin(), entry.blocked.begin() + dim, [](bool blocked) { return blocked; }))
+      all_cells[number[entry.cell]].blocked = true;
   }
 
   int n = 0;
   std::vector<int> next;
   for (std::size_t c = 0; c < count.size(); ++c)
   {
-    next.push_back(n_link_lanes * n);
-    n += (count[c] + n_link_lanes - 1) / n_link_lanes;
+    next.push_back(n_simd_lanes * n);
+    n += (count[c] + n_simd_lanes - 1) / n_simd_lanes;
     all_cells[c].end = n;
   }
   all_batches.assign(n, Batch());
@@ -328,50 +330,50 @@ void LinkCells<dim>::assign(const OverlapLinks &links, const fem::Mesh &mesh, co
   for (std::size_t k = 0; k < list.size(); ++k)
   {
     place_of[k] = next[number[list[k].cell]]++;
-    const int lane = place_of[k] % n_link_lanes;
-    Batch &batch = all_batches[place_of[k] / n_link_lanes];
-    for (int l = lane; l < n_link_lanes; ++l)
-      link_of[place_of[k] / n_link_lanes][l] = static_cast<int>(k);
+    const int lane = place_of[k] % n_simd_lanes;
+    Batch &batch = all_batches[place_of[k] / n_simd_lanes];
+    for (int l = lane; l < n_simd_lanes; ++l)
+      link_of[place_of[k] / n_simd_lanes][l] = static_cast<int>(k);
     for (int d = 0; d < dim; ++d)
       batch.xi[d][lane] = list[k].xi[d];
   }
-  renumber(links);
+  renumber(interpolation);
 }
 
-/// 1/m of the links' particles, 0 in directions in which one cannot move [1/kg].
+/// 1/m of the entries' particles, 0 in directions in which one cannot move [1/kg].
 template <int dim>
-class Mobility
+class InverseMass
 {
 public:
-  void assign(const LinkCells<dim> &cells, const OverlapLinks &links, const dem::Particles &particles)
+  void assign(const CellBatches<dim> &cells, const ParticleInterpolation &interpolation, const dem::Particles &particles)
   {
-    using Vectors = LinkVectors<dim>;
-    inverse_mass = cells.lanes_of([&](std::size_t k) { return 1. / particles.mass[links.links()[k].particle]; });
+    using Vectors = PackedVectors<dim>;
+    inverse_mass = cells.lanes_of([&](std::size_t k) { return 1. / particles.mass[interpolation.entries()[k].particle]; });
     of_pack.clear();
     if (std::none_of(cells.cells().begin(), cells.cells().end(), [](const auto &cell) { return cell.blocked; }))
       return;
     for (std::size_t k = 0; k < inverse_mass.size(); ++k)
       for (int p = 0; p < n_packs<dim>; ++p)
       {
-        LinkPack pack = Vectors::spread(inverse_mass[k], p);
-        for (int l = 0; l < Vectors::links; ++l)
+        SimdPack pack = Vectors::spread(inverse_mass[k], p);
+        for (int l = 0; l < Vectors::interpolation; ++l)
           for (int c = 0; c < dim; ++c)
-            if (links.links()[cells.link(k, Vectors::links * p + l)].blocked[c])
+            if (interpolation.entries()[cells.entry(k, Vectors::interpolation * p + l)].blocked[c])
               pack[Vectors::components * l + c] = 0.;
         of_pack.push_back(pack);
       }
   }
   [[gnu::always_inline]] void fetch_after(int batch) const { kerf::fetch_after(inverse_mass, batch); }
   /// Of pack @p number of a batch.
-  [[gnu::always_inline]] LinkPack of(int batch, int number, const typename LinkCells<dim>::Cell &cell) const
+  [[gnu::always_inline]] SimdPack of(int batch, int number, const typename CellBatches<dim>::Cell &cell) const
   {
     if (__builtin_expect(cell.blocked, false))
       return of_pack[n_packs<dim> * batch + number];
-    return LinkVectors<dim>::spread(inverse_mass[batch], number);
+    return PackedVectors<dim>::spread(inverse_mass[batch], number);
   }
 
 private:
-  std::vector<LinkLanes> inverse_mass;
-  std::vector<LinkPack> of_pack; // when a cell is blocked, which few are
+  std::vector<SimdLanes> inverse_mass;
+  std::vector<SimdPack> of_pack; // when a cell is blocked, which few are
 };
 } // namespace kerf

@@ -7,7 +7,7 @@
 
 namespace kerf
 {
-void NodeCouple::renew(const fem::Mesh &mesh, const std::vector<int> &nodes, const Eigen::Matrix3Xd &inverse_mass)
+void CoupleOnNodes::renew(const fem::Mesh &mesh, const std::vector<int> &nodes, const Eigen::Matrix3Xd &inverse_mass)
 {
   const Eigen::Index n = static_cast<Eigen::Index>(nodes.size());
   flat = mesh.dim == 2;
@@ -24,14 +24,14 @@ void NodeCouple::renew(const fem::Mesh &mesh, const std::vector<int> &nodes, con
     places.colwise() -= Eigen::Vector3d(places * mass / total_mass); // sums of squares keep their digits
 }
 
-void NodeCouple::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const
+void CoupleOnNodes::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const
 {
   if (total_mass == 0. || couple.isZero(0.))
     return;
   if (flat)
     return add_in_plane(couple[2], displacement, force);
   using Eigen::Matrix3d, Eigen::Vector3d;
-  using Vectors = LinkVectors<3>;
+  using Vectors = PackedVectors<3>;
   const auto place = [&](Eigen::Index a) -> Vectors::One
   { return Vectors::load_one(places.data() + 3 * a) + Vectors::load_one(displacement.data() + 3 * a); };
   const auto next = [](const Vectors::One &v) -> Vectors::One { return __builtin_shufflevector(v, v, 1, 2, 0, 3); };
@@ -62,7 +62,7 @@ void NodeCouple::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &disp
   }
 }
 
-void NodeCouple::add_in_plane(double couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const
+void CoupleOnNodes::add_in_plane(double couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const
 {
   const auto place = [&](Eigen::Index a) -> Eigen::Vector2d { return places.col(a).head<2>() + displacement.col(a).head<2>(); };
   Eigen::Vector2d first = Eigen::Vector2d::Zero();

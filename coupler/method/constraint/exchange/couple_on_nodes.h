@@ -8,7 +8,7 @@ namespace kerf
 /// Couples of ties on the nodes that carry them. A tie's force on its particle and the reaction at the point of the finite
 /// elements are apart by chi: where the force is not along chi they turn the body. The gaps are small and so are the couples;
 /// the nodes get them back together, as the forces that turn a rigid body with their masses.
-class NodeCouple
+class CoupleOnNodes
 {
 public:
   /// For a new window. @param nodes of the mesh. @param inverse_mass 3 x n, 0 where the motion is prescribed [1/kg]

@@ -9,12 +9,12 @@
 
 namespace kerf
 {
-OverlapLinks::OverlapLinks(const dem::Packing &packing, WindowNodes window, MPI_Comm comm)
+ParticleInterpolation::ParticleInterpolation(const dem::Packing &packing, WindowNodes window, MPI_Comm comm)
   : packing(packing), which(window), comm(comm)
 {
 }
 
-void OverlapLinks::set_particles(const std::vector<TiedParticle> &particles)
+void ParticleInterpolation::set_particles(const std::vector<TiedParticle> &particles)
 {
   const std::vector<Row> known = std::move(rows);
   const std::vector<int> known_row = std::move(row_of);
@@ -33,7 +33,7 @@ void OverlapLinks::set_particles(const std::vector<TiedParticle> &particles)
   stale = true;
 }
 
-void OverlapLinks::locate(fem::FemSide &fem)
+void ParticleInterpolation::locate(fem::FemSide &fem)
 {
   std::vector<int> pending; // a row has a node at least
   for (std::size_t k = 0; k < tied.size(); ++k)
@@ -62,28 +62,28 @@ void OverlapLinks::locate(fem::FemSide &fem)
   located = true;
 }
 
-LinkChange OverlapLinks::update(const dem::Particles &particles, fem::FemSide &fem)
+InterpolationChange ParticleInterpolation::update(const dem::Particles &particles, fem::FemSide &fem)
 {
   // Windows are collective, so all ranks plan again when particles moved on any of them.
-  int change = static_cast<int>(stale                      ? LinkChange::renewed
-                                : order != particles.order ? LinkChange::renumbered
-                                                           : LinkChange::none);
+  int change = static_cast<int>(stale                      ? InterpolationChange::renewed
+                                : order != particles.order ? InterpolationChange::renumbered
+                                                           : InterpolationChange::none);
   MPI_Allreduce(MPI_IN_PLACE, &change, 1, MPI_INT, MPI_MAX, comm);
-  if (change == static_cast<int>(LinkChange::renumbered))
+  if (change == static_cast<int>(InterpolationChange::renumbered))
   {
     int same = renumber(particles);
     MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, comm);
-    change = static_cast<int>(same ? LinkChange::renumbered : LinkChange::renewed);
+    change = static_cast<int>(same ? InterpolationChange::renumbered : InterpolationChange::renewed);
   }
-  if (change == static_cast<int>(LinkChange::renewed))
+  if (change == static_cast<int>(InterpolationChange::renewed))
     renew(particles, fem);
   order = particles.order;
   stale = false;
-  return static_cast<LinkChange>(change);
+  return static_cast<InterpolationChange>(change);
 }
 
-/// Finds the particles of the links again. False when a link is gone or new on this rank.
-bool OverlapLinks::renumber(const dem::Particles &particles)
+/// Finds the particles of the entries again. False when an entry is gone or new on this rank.
+bool ParticleInterpolation::renumber(const dem::Particles &particles)
 {
   std::vector<int> particle_of(rows.size(), -1);
   std::size_t n = 0;
@@ -94,15 +94,15 @@ bool OverlapLinks::renumber(const dem::Particles &particles)
       ++n;
     }
   bool same = n == list.size();
-  for (OverlapLink &link : list)
+  for (InterpolatedParticle &entry : list)
   {
-    link.particle = particle_of[link.row];
-    same = same && link.particle >= 0;
+    entry.particle = particle_of[entry.row];
+    same = same && entry.particle >= 0;
   }
   return same;
 }
 
-void OverlapLinks::renew(const dem::Particles &particles, fem::FemSide &fem)
+void ParticleInterpolation::renew(const dem::Particles &particles, fem::FemSide &fem)
 {
   if (!located)
     locate(fem);
@@ -129,51 +129,51 @@ void OverlapLinks::renew(const dem::Particles &particles, fem::FemSide &fem)
     if (place < 0)
       continue;
     const Row &row = rows[place];
-    OverlapLink link;
-    link.particle = i;
-    link.row = place;
-    link.share = row.share;
-    link.blocked = tied[place].blocked;
-    link.cell = row.cell;
-    link.xi = row.xi;
-    link.n = row.n;
-    link.N = row.N;
-    std::transform(row.node.begin(), row.node.begin() + row.n, link.node.begin(), show);
-    Eigen::Map<Eigen::Vector3d>(link.origin.data()) = packing.positions.col(particles.index[i]);
-    list.push_back(link);
+    InterpolatedParticle entry;
+    entry.particle = i;
+    entry.row = place;
+    entry.share = row.share;
+    entry.blocked = tied[place].blocked;
+    entry.cell = row.cell;
+    entry.xi = row.xi;
+    entry.n = row.n;
+    entry.N = row.N;
+    std::transform(row.node.begin(), row.node.begin() + row.n, entry.node.begin(), show);
+    Eigen::Map<Eigen::Vector3d>(entry.origin.data()) = packing.positions.col(particles.index[i]);
+    list.push_back(entry);
   }
-  n_nodes_of_links = n_window();
+  n_carrier_nodes = n_window();
   if (nodes_around)
-    for (int a = 0; a < n_nodes_of_links; ++a)
+    for (int a = 0; a < n_carrier_nodes; ++a)
       for (const int node : nodes_around(shown[a]))
         show(node);
   fem.set_window(shown);
 }
 
-std::vector<double> OverlapLinks::tied_masses(const dem::Particles &particles, fem::FemSide &fem) const
+std::vector<double> ParticleInterpolation::tied_masses(const dem::Particles &particles, fem::FemSide &fem) const
 {
   Eigen::Matrix3Xd node_mass;
   fem.read_window(fem::NodalField::mass, node_mass);
   // The sum over j needs the particles of all ranks: pushed to the nodes as if it were a force, and read back.
   Eigen::Matrix3Xd before, shares = Eigen::Matrix3Xd::Zero(3, n_window()), total;
   fem.read_window(fem::NodalField::force, before);
-  for (const OverlapLink &link : list)
-    spread(link, Eigen::Vector3d::Constant(link.share), shares);
+  for (const InterpolatedParticle &entry : list)
+    spread(entry, Eigen::Vector3d::Constant(entry.share), shares);
   fem.add_window_forces(shares);
   fem.read_window(fem::NodalField::force, total);
   fem.add_window_forces(-shares);
   total -= before;
 
   std::vector<double> masses;
-  for (const OverlapLink &link : list)
+  for (const InterpolatedParticle &entry : list)
   {
-    double inverse = 1. / particles.mass[link.particle];
+    double inverse = 1. / particles.mass[entry.particle];
     bool massless_node = false;
-    for (int a = 0; a < link.n; ++a)
+    for (int a = 0; a < entry.n; ++a)
     {
-      const double m = node_mass(0, link.node[a]);
+      const double m = node_mass(0, entry.node[a]);
       massless_node = massless_node || m <= 0.;
-      inverse += m > 0. ? link.N[a] * total(0, link.node[a]) / m : 0.;
+      inverse += m > 0. ? entry.N[a] * total(0, entry.node[a]) / m : 0.;
     }
     masses.push_back(massless_node ? 0. : 1. / inverse);
   }

@@ -13,7 +13,7 @@
 namespace kerf
 {
 /// A tied particle and the nodes that carry it.
-struct OverlapLink
+struct InterpolatedParticle
 {
   int particle = -1; ///< of this rank
   int row = -1;      ///< among all tied particles
@@ -27,69 +27,70 @@ struct OverlapLink
   std::array<double, 3> origin; ///< stored position [m]
 };
 
-/// What became of the links of the whole model.
-enum class LinkChange
+/// What became of the entries of the whole model.
+enum class InterpolationChange
 {
   none,
-  renumbered, ///< the same links in the same order, but particles have other places in the arrays
+  renumbered, ///< the same entries in the same order, but particles have other places in the arrays
   renewed     ///< others, or on other ranks
 };
 
 /// Which nodes the window of a rank shows.
 enum class WindowNodes
 {
-  own, ///< those of the links of the rank
-  all  ///< those of all links
+  own, ///< those of the entries of the rank
+  all  ///< those of all entries
 };
 
 /// The tied particles of this rank with their rows of the interpolation N, and the window of the finite elements that belongs
 /// to them. Rows live in the reference configuration: found once, valid wherever the particle moves.
-class OverlapLinks
+class ParticleInterpolation
 {
 public:
-  OverlapLinks(const dem::Packing &packing, WindowNodes window, MPI_Comm comm);
+  ParticleInterpolation(const dem::Packing &packing, WindowNodes window, MPI_Comm comm);
 
   void set_particles(const std::vector<TiedParticle> &particles);
-  /// The window is to show the nodes @p around each node of a link, too.
+  /// The window is to show the nodes @p around each node of an entry, too.
   void widen(std::function<std::vector<int>(int node)> around) { nodes_around = std::move(around); }
   int n_particles() const { return static_cast<int>(tied.size()); }
 
-  /// Links for the particles as they lie on this rank now; the same answer on all ranks. Sets the window of the finite elements
-  /// when links are renewed. Collective.
-  LinkChange update(const dem::Particles &particles, fem::FemSide &fem);
+  /// Entries for the particles as they lie on this rank now; the same answer on all ranks. Sets the window of the finite
+  /// elements when entries are renewed. Collective.
+  InterpolationChange update(const dem::Particles &particles, fem::FemSide &fem);
 
   /// The mass that a spring between a particle and its point moves when its neighbours' springs pull alike,
   ///   1/mu_i = 1/m_i + sum_a N_ia/M_a sum_j share_j N_ja   [kg],
-  /// for the links as they are; 0 when a node without mass is involved, which can carry no reaction. No motion makes
+  /// for the entries as they are; 0 when a node without mass is involved, which can carry no reaction. No motion makes
   /// sum_i share_i mu_i |chi_i|^2 larger than the sum of the masses times its square. Collective.
   std::vector<double> tied_masses(const dem::Particles &particles, fem::FemSide &fem) const;
 
-  const std::vector<OverlapLink> &links() const { return list; }
-  const std::vector<int> &window() const { return shown; } ///< nodes of the mesh, those of the links first
+  const std::vector<InterpolatedParticle> &entries() const { return list; }
+  const std::vector<int> &window() const { return shown; } ///< nodes of the mesh, those of the entries first
   int n_window() const { return static_cast<int>(shown.size()); }
-  int n_carriers() const { return n_nodes_of_links; }
+  int n_carriers() const { return n_carrier_nodes; }
   const std::vector<int> &columns() const { return column_of; } ///< of the window, by node of the mesh; -1: not shown
 
   /// value of the particle - sum_a N_a value of node a
   template <typename ParticleValues>
-  static Eigen::Vector3d gap(const OverlapLink &link, const ParticleValues &particle, const Eigen::Matrix3Xd &node)
+  static Eigen::Vector3d gap(const InterpolatedParticle &entry, const ParticleValues &particle, const Eigen::Matrix3Xd &node)
   {
-    Eigen::Vector3d result = particle.col(link.particle);
-    for (int a = 0; a < link.n; ++a)
-      result -= link.N[a] * node.col(link.node[a]);
+    Eigen::Vector3d result = particle.col(entry.particle);
+    for (int a = 0; a < entry.n; ++a)
+      result -= entry.N[a] * node.col(entry.node[a]);
     return result;
   }
   /// chi: displacement of the particle less that of the finite elements at its place [m]. Across periodic axes particles come
   /// back on the other side and nodes do not.
-  Eigen::Vector3d displacement_gap(const OverlapLink &link, const dem::Particles &particles, const Eigen::Matrix3Xd &u) const
+  Eigen::Vector3d displacement_gap(const InterpolatedParticle &entry, const dem::Particles &particles,
+                                   const Eigen::Matrix3Xd &u) const
   {
-    return packing.shortest(gap(link, particles.position, u) - Eigen::Map<const Eigen::Vector3d>(link.origin.data()));
+    return packing.shortest(gap(entry, particles.position, u) - Eigen::Map<const Eigen::Vector3d>(entry.origin.data()));
   }
   /// node a gets N_a value
-  static void spread(const OverlapLink &link, const Eigen::Vector3d &value, Eigen::Matrix3Xd &node)
+  static void spread(const InterpolatedParticle &entry, const Eigen::Vector3d &value, Eigen::Matrix3Xd &node)
   {
-    for (int a = 0; a < link.n; ++a)
-      node.col(link.node[a]) += link.N[a] * value;
+    for (int a = 0; a < entry.n; ++a)
+      node.col(entry.node[a]) += entry.N[a] * value;
   }
 
 private:
@@ -111,10 +112,10 @@ private:
   std::vector<TiedParticle> tied;
   std::vector<Row> rows;
   std::vector<int> row_of; // by index in the packing: place among the rows, -1 for particles that are not tied
-  std::vector<OverlapLink> list;
+  std::vector<InterpolatedParticle> list;
   std::function<std::vector<int>(int)> nodes_around;
   std::vector<int> shown, column_of;
-  int n_nodes_of_links = 0;
+  int n_carrier_nodes = 0;
   bool stale = true, located = true;
   std::uint64_t order = 0;
 };
