@@ -30,7 +30,7 @@ inline Case lattice_rock(double d)
   settings.criterion = Criterion::von_mises;
   settings.sigma_star = 1e12;
   settings.tensile_strength = settings.compressive_strength = 1.;
-  settings.tool.kind = Case::ToolKind::none;
+  settings.tool.kind = ToolKind::none;
   settings.safety = 0.7;
   return settings;
 }
