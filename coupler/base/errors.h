@@ -2,17 +2,18 @@
 #pragma once
 
 #include <stdexcept>
-#include <string>
 
+/// Errors have three kinds. Two of them are declared here; the third one is std::logic_error: a bug of kerf, which no input and
+/// no computation should reach.
 namespace kerf
 {
-/// Something that a user can cause and mend; the text is one line: where, what is wrong, what is allowed. Exit code 2.
+/// Something that a user can cause and correct. The text is one line: where, what is wrong, what is allowed. Exit code 2.
 struct InputError : std::runtime_error
 {
   using std::runtime_error::runtime_error;
 };
 
-/// The computation left the physical range; what was written so far is kept. Exit code 3.
+/// The computation left the physical range; results written so far are kept. Exit code 3.
 struct UnstableRun : std::runtime_error
 {
   using std::runtime_error::runtime_error;

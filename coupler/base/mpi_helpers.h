@@ -1,11 +1,49 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/base/errors.h"
+
 #include <mpi.h>
+#include <string>
 #include <vector>
 
 namespace kerf
 {
+/// Number of this process in @p comm.
+inline int rank_of(MPI_Comm comm)
+{
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+/// Runs @p action on the first rank. An error there is thrown on every rank as an InputError, so that no rank waits for one
+/// that gave up. Collective.
+template <typename Action>
+void on_first_rank(MPI_Comm comm, const Action &action)
+{
+  std::string error;
+  if (rank_of(comm) == 0)
+  {
+    try
+    {
+      action();
+    }
+    catch (const std::exception &exception)
+    {
+      error = exception.what();
+      if (error.empty())
+        error = "unknown error";
+    }
+  }
+  int length = static_cast<int>(error.size());
+  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+  error.resize(length);
+  MPI_Bcast(error.data(), length, MPI_CHAR, 0, comm);
+  if (length > 0)
+    throw InputError(error);
+}
+
 /// Concatenates the lists of all ranks. Collective.
 template <typename Number>
 std::vector<Number> gather_all(const std::vector<Number> &local, MPI_Datatype type, MPI_Comm comm)

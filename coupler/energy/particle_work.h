@@ -51,18 +51,4 @@ private:
   std::vector<Load> loads; // of the present step
   double sum = 0.;
 };
-
-/// Particles whose forces go to arrays of their own, to see what one source adds.
-class ForceCatcher
-{
-public:
-  /// The particles with zero forces; valid until the next call.
-  dem::Particles &catch_forces(const dem::Particles &particles);
-  /// Adds what the @p touched particles caught to @p particles and to @p work; one may be named twice.
-  void release(const std::vector<int> &touched, dem::Particles &particles, ParticleWork &work);
-
-private:
-  Eigen::Matrix3Xd force, torque;
-  dem::Particles caught;
-};
 } // namespace kerf

@@ -64,7 +64,7 @@ private:
   double dt;
   MPI_Comm comm;
   int rank = 0;
-  ToolContactLaw law;
+  ContactLaw law;
   double stiffness; // of a contact [N/m]
   double damping;   // fraction of critical [-]
   double patch;     // radius [m]; patches of neighbouring points overlap

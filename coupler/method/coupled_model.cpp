@@ -2,6 +2,7 @@
 #include "coupler/method/coupled_model.h"
 
 #include "coupler/base/errors.h"
+#include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
 #include "coupler/method/activation/relaxation.h"
 #include "coupler/method/stability/stable_step.h"

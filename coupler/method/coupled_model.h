@@ -3,6 +3,7 @@
 
 #include "coupler/application/case_file/case_file.h"
 #include "coupler/energy/energy_ledger.h"
+#include "coupler/energy/force_catcher.h"
 #include "coupler/energy/particle_work.h"
 #include "coupler/loading/boundary/particle_boundary.h"
 #include "coupler/loading/boundary/particle_loads.h"

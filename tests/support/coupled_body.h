@@ -31,7 +31,7 @@ inline Case lattice_rock(double d)
   settings.activation.criterion = Criterion::von_mises;
   settings.activation.sigma_star = 1e12;
   settings.activation.tensile_strength = settings.activation.compressive_strength = 1.;
-  settings.tool.kind = Case::ToolKind::none;
+  settings.tool.kind = ToolKind::none;
   settings.safety = 0.7;
   return settings;
 }

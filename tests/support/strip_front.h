@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/base/mesh_geometry.h"
 #include "tests/support/strip_patch.h"
 
 /// The front of a strained strip moves on.

@@ -130,8 +130,8 @@ private:
     const double duration = rock.calibration.transits * result.mesh.upper[1] / speed_p;
     const double strain = brazilian ? 5. * rock.activation.tensile_strength / rock.rock.young
                                     : rock.activation.compressive_strength / rock.rock.young;
-    result.tool = Case::Tool();
-    result.tool.kind = Case::ToolKind::platens;
+    result.tool = ToolSettings();
+    result.tool.kind = ToolKind::platens;
     result.tool.closing_speed = strain * result.mesh.upper[1] / duration;
     result.tool.smoothing_time = 0.1 * duration;
     result.tool.stiffness_ratio = 1.;

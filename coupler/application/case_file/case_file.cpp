@@ -276,12 +276,11 @@ Choice choose(const std::string &text, const std::vector<std::pair<std::string, 
   throw InputError("'" + text + "' is not a known choice");
 }
 
-Case::Tool read_tool(const Reader &reader)
+ToolSettings read_tool(const Reader &reader)
 {
-  Case::Tool tool;
-  tool.kind = choose<Case::ToolKind>(
-    reader.text("Tool", "Kind"),
-    {{"none", Case::ToolKind::none}, {"disc", Case::ToolKind::disc}, {"platens", Case::ToolKind::platens}});
+  ToolSettings tool;
+  tool.kind = choose<ToolKind>(reader.text("Tool", "Kind"),
+                               {{"none", ToolKind::none}, {"disc", ToolKind::disc}, {"platens", ToolKind::platens}});
   tool.radius = reader.number("Tool", "Radius");
   tool.width = reader.number("Tool", "Width");
   if (tool.width > 0. && reader.integer("Mesh", "Dimension") == 2)
@@ -294,7 +293,7 @@ Case::Tool read_tool(const Reader &reader)
       reader.fail("Tool", "Path", "times must increase");
     tool.path.push_back({row[0], Eigen::Vector3d(row[1], row[2], reader.number("Tool", "Middle"))});
   }
-  if (tool.kind == Case::ToolKind::disc && tool.path.empty())
+  if (tool.kind == ToolKind::disc && tool.path.empty())
     reader.fail("Tool", "Path", "a disc needs at least one way point 't x y'");
   tool.smoothing_time = reader.number("Tool", "Smoothing time");
   tool.rolling = reader.flag("Tool", "Rolling");

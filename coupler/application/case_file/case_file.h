@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/base/mesh_geometry.h"
+#include "coupler/loading/tool/tool_settings.h"
 #include "coupler/method/activation/activation_settings.h"
 #include "coupler/method/constraint/constraint_settings.h"
 #include "coupler/method/overlap/overlap_settings.h"
@@ -24,11 +26,6 @@ enum class Mode
 };
 Mode mode_from_name(const std::string &name);
 std::string name_of(Mode mode);
-
-struct Box
-{
-  Eigen::Vector3d lower, upper;
-};
 
 /// Everything a case file says, in SI units.
 struct Case
@@ -70,28 +67,7 @@ struct Case
 
   std::vector<Box> fixed_region;
 
-  enum class ToolKind
-  {
-    none,
-    disc,   ///< rigid disc cutter
-    platens ///< two rigid plates that close along y on the body
-  };
-  struct Tool
-  {
-    ToolKind kind = ToolKind::disc;
-    double radius = 0.;                                   ///< of the disc [m]
-    double width = 0.;                                    ///< of the disc along its axis, 0: without end [m]
-    std::vector<std::pair<double, Eigen::Vector3d>> path; ///< of the disc: time [s], centre [m]
-    double smoothing_time = 0.;                           ///< of the disc's path, start-up time of the platens [s]
-    bool rolling = true;
-    double closing_speed = 0.;     ///< of the platens against each other [m/s]
-    double lower = 0., upper = 0.; ///< faces of the platens at the start, y [m]; filled in from the mesh
-    double stiffness_ratio = 0.;   ///< contact stiffness / k_n
-    double friction = 0.;
-    double damping = 0.; ///< fraction of critical
-
-    bool present() const { return kind != ToolKind::none; }
-  } tool;
+  ToolSettings tool;
 
   double end_time = 0.;   ///< [s]
   double stop_below = 0.; ///< the run ends when the tool's force has fallen below this fraction of its peak; 0: never

@@ -2,6 +2,7 @@
 #include "coupler/application/commands/commands.h"
 #include "coupler/application/output/results_directory.h"
 #include "coupler/application/setup/problem.h"
+#include "coupler/base/mesh_geometry.h"
 
 #include <cmath>
 #include <iomanip>
@@ -45,7 +46,7 @@ int count_particles(const Problem &problem, Mode mode)
   Overlap overlap(mesh, no_points, problem.packing, problem.settings.overlap.weight_function, problem.settings.overlap.width);
   if (mode == Mode::fixed)
     overlap.convert(cells_inside(mesh, problem.settings.fixed_region));
-  else if (problem.settings.tool.kind == Case::ToolKind::disc)
+  else if (problem.settings.tool.kind == ToolKind::disc)
     overlap.convert(cells_on_the_way(problem.settings, mesh));
   int n = 0;
   for (int i = 0; i < problem.packing.size(); ++i)

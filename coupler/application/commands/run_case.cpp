@@ -7,6 +7,7 @@
 #include "coupler/application/output/specimen_gauge.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
+#include "coupler/base/mpi_helpers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +57,7 @@ public:
     if (rank == 0)
       for (const ActivationEvent &event : model->events())
         activations->add(event);
-    if (problem->settings.tool.kind == Case::ToolKind::platens)
+    if (problem->settings.tool.kind == ToolKind::platens)
       gauge = std::make_unique<SpecimenGauge>(problem->settings, problem->fem->mesh(), problem->packing, comm);
     fields = std::make_unique<FieldOutput>(directory, *model, comm);
     n_steps = std::max<std::int64_t>(1, std::llround(std::ceil(problem->settings.end_time / problem->dt - 1e-9)));
@@ -86,13 +87,6 @@ public:
   }
 
 private:
-  static int rank_of(MPI_Comm comm)
-  {
-    int rank = 0;
-    MPI_Comm_rank(comm, &rank);
-    return rank;
-  }
-
   void open_results()
   {
     prepare_results_directory(directory, options.overwrite, comm);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/base/mesh_geometry.h"
 #include "coupler/method/coupled_model.h"
 
 #include <vector>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "coupler/application/case_file/case_file.h"
+#include "coupler/base/mesh_geometry.h"
 
 #include <memory>
 

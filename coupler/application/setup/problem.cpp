@@ -4,6 +4,8 @@
 #include "coupler/application/case_file/fem_settings.h"
 #include "coupler/application/setup/packing_domain.h"
 #include "coupler/base/errors.h"
+#include "coupler/base/mesh_geometry.h"
+#include "coupler/base/mpi_helpers.h"
 #include "dem_side/bond_network/bond_network.h"
 
 #include <algorithm>
@@ -19,45 +21,6 @@ namespace
 std::string case_path(const Case &settings)
 {
   return settings.directory + "/case.prm";
-}
-
-int rank_of(MPI_Comm comm)
-{
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  return rank;
-}
-
-/// Runs @p action on the first rank and throws its error on every rank, so that no rank waits for one that gave up.
-template <typename Action>
-void on_first_rank(MPI_Comm comm, const Action &action)
-{
-  std::string error;
-  if (rank_of(comm) == 0)
-  {
-    try
-    {
-      action();
-    }
-    catch (const std::exception &exception)
-    {
-      error = exception.what();
-      if (error.empty())
-        error = "unknown error";
-    }
-  }
-  int length = static_cast<int>(error.size());
-  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  error.resize(length);
-  MPI_Bcast(error.data(), length, MPI_CHAR, 0, comm);
-  if (length > 0)
-    throw InputError(error);
-}
-
-/// Box that the mesh fills.
-Box mesh_box(const fem::Mesh &mesh)
-{
-  return {mesh.nodes.rowwise().minCoeff(), mesh.nodes.rowwise().maxCoeff()};
 }
 
 /// What of a stored packing does not fit the case; empty when it fits.
@@ -112,7 +75,7 @@ void check_overlap(const Case &settings, const fem::FemSide &fem)
 
 void check_tool(const Case &settings, const fem::FemSide &fem)
 {
-  if (settings.tool.kind != Case::ToolKind::disc)
+  if (settings.tool.kind != ToolKind::disc)
     return;
   const double clearance = Tool::clearance(settings.tool, fem);
   if (clearance < 0.)

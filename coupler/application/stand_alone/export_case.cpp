@@ -135,12 +135,12 @@ private:
 
   void write_external_forces(ExactStream &out) const
   {
-    const Case::Tool &tool = c.settings.tool;
+    const ToolSettings &tool = c.settings.tool;
     if (!c.tool_case.empty())
     {
       out << "# The tool of case.prm (section Tool). f_tool[1..3]: force of the rock on it, f_tool[4]: its power\n"
           << "fix           tool all kerf/tool case " << c.tool_case << " k_n " << c.settings.bond.k_n;
-      if (tool.kind == Case::ToolKind::platens)
+      if (tool.kind == ToolKind::platens)
         out << " platens " << tool.lower << ' ' << tool.upper;
       out << "\n\n";
     }

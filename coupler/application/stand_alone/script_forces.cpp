@@ -99,7 +99,7 @@ class ToolForce final : public dem::ScriptForce
 {
 public:
   /// The contact with finite elements is not used, so any spacing and density will do there.
-  ToolForce(const Case::Tool &settings, double k_n, MPI_Comm comm) : tool(settings, 2, k_n, 1., 1., comm)
+  ToolForce(const ToolSettings &settings, double k_n, MPI_Comm comm) : tool(settings, 2, k_n, 1., 1., comm)
   {
     if (!tool.present())
       throw InputError("the case has no tool");
@@ -125,9 +125,9 @@ private:
 std::unique_ptr<dem::ScriptForce> make_tool(const std::vector<std::string> &arguments, MPI_Comm comm)
 {
   Words words(arguments, "'case DIRECTORY k_n STIFFNESS', and for platens their faces at the start 'platens LOWER UPPER'");
-  Case::Tool settings = read_case(words.text("case"), {}).tool;
+  ToolSettings settings = read_case(words.text("case"), {}).tool;
   const double k_n = words.not_negative("k_n");
-  if (settings.kind == Case::ToolKind::platens)
+  if (settings.kind == ToolKind::platens)
   {
     settings.lower = words.number("platens");
     settings.upper = words.number();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/loading/boundary/tributary_areas.h"
 
-#include "coupler/method/overlap/region_distance.h"
+#include "coupler/base/mesh_geometry.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -94,22 +94,6 @@ std::vector<int> enclose(const fem::Mesh &mesh, std::vector<char> &region)
   return cells;
 }
 
-std::vector<int> cells_inside(const fem::Mesh &mesh, const std::vector<Box> &boxes)
-{
-  std::vector<int> cells;
-  for (int cell = 0; cell < mesh.n_cells(); ++cell)
-  {
-    const Eigen::Vector3d centre = cell_centre(mesh, cell);
-    for (const Box &box : boxes)
-      if ((centre.array() >= box.lower.array()).all() && (centre.array() <= box.upper.array()).all())
-      {
-        cells.push_back(cell);
-        break;
-      }
-  }
-  return cells;
-}
-
 namespace
 {
 /// Stored particles seen by the finite elements: those that lie in cells of this rank, and the window of the nodes that carry

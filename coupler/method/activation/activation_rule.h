@@ -34,9 +34,6 @@ private:
 /// next. Returns the cells that came in.
 std::vector<int> enclose(const fem::Mesh &mesh, std::vector<char> &region);
 
-/// Cells whose centre lies in one of the boxes.
-std::vector<int> cells_inside(const fem::Mesh &mesh, const std::vector<Box> &boxes);
-
 /// Stored particles that the overlap needs and that are not @p taken yet, with the kinematics of the finite elements at their
 /// place: u = N u_F, v = N v_F, theta = 1/2 curl u_F, omega = 1/2 curl v_F. Same list on every rank. Collective; replaces the
 /// window of the finite elements.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/activation/return_rule.h"
 
+#include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
 #include "coupler/method/activation/activation_rule.h"
 #include "coupler/method/activation/stress_criterion.h"

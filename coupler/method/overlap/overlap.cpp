@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/overlap/overlap.h"
 
+#include "coupler/base/mesh_geometry.h"
 #include "coupler/method/overlap/weight_function.h"
 
 #include <algorithm>

@@ -2,24 +2,14 @@
 #pragma once
 
 #include "coupler/application/case_file/case_file.h"
+#include "coupler/base/tied_particle.h"
 #include "coupler/method/overlap/region_distance.h"
 #include "dem_side/packing/stored_bonds.h"
 
-#include <array>
 #include <vector>
 
 namespace kerf
 {
-/// A particle that is tied to the finite elements, and how much of it: the load that the change of the weights puts on it,
-/// relative to a particle well inside the overlap. On the border of the overlap that is one half, so that the particles of a
-/// lattice are a trapezoidal rule over the overlap; beyond it is as little as their bonds across the border carry.
-struct TiedParticle
-{
-  int index = -1; ///< in the packing
-  double share = 1.;
-  std::array<bool, 3> blocked = {{false, false, false}}; ///< directions in which its boundary conditions hold it
-};
-
 /// Who models what: cells that were converted to particles, the overlap zone of width L_o around them, and the weights that
 /// share mass and stiffness in it. Weights of both sides come from one distance function, so they always sum to one.
 class Overlap

@@ -3,23 +3,12 @@
 
 #include "fem_side/fem_side.h"
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
+#include <array>
 #include <vector>
 
 namespace kerf
 {
-/// Mean of the corners of a cell [m].
-Eigen::Vector3d cell_centre(const fem::Mesh &mesh, int cell);
-
-/// Smallest box along the axes around a cell: its distance from a point is a cheap lower bound.
-Eigen::AlignedBox3d cell_box(const fem::Mesh &mesh, int cell);
-
-/// Distance [m] of @p point from a mesh cell, zero inside (convex quadrilateral or hexahedron).
-double distance_to_cell(const fem::Mesh &mesh, int cell, const Eigen::Vector3d &point);
-
-/// Distance [m] of @p point from a face of the boundary (2D: segment).
-double distance_to_face(const fem::Mesh &mesh, const fem::BoundaryFace &face, const Eigen::Vector3d &point);
-
 /// Distance of a fixed set of points from a growing set of cells. The set only grows, so a new cell can only lower
 /// distances: phi = min(phi, distance to the new cell), exact and local. Points farther than @p reach keep phi = reach.
 /// In a periodic mesh the images of a cell count like the cell.

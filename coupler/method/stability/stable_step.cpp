@@ -2,6 +2,7 @@
 #include "coupler/method/stability/stable_step.h"
 
 #include "coupler/base/errors.h"
+#include "coupler/base/mesh_geometry.h"
 #include "coupler/loading/boundary/particle_boundary.h"
 #include "coupler/loading/tool/tool.h"
 #include "coupler/method/activation/activation_rule.h"

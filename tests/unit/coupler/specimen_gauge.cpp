@@ -35,8 +35,8 @@ TEST(Platen, MovesWithSmoothStart)
 // power is that of both.
 TEST(Tool, PlatensPressFromBothSides)
 {
-  Case::Tool settings;
-  settings.kind = Case::ToolKind::platens;
+  ToolSettings settings;
+  settings.kind = ToolKind::platens;
   settings.closing_speed = 0.2;
   settings.smoothing_time = 0.;
   settings.lower = 0.;

@@ -30,9 +30,9 @@ TEST(ToolPath, SmoothAndExact)
   }
 }
 
-TEST(ToolContactLaw, SpringWithoutTensionAndCoulombBound)
+TEST(ContactLaw, SpringWithoutTensionAndCoulombBound)
 {
-  const ToolContactLaw law{0.3};
+  const ContactLaw law{0.3};
   const Vector3d n = Vector3d::UnitY();
   EXPECT_EQ(law.force(1e-6, n, Vector3d::Zero(), 1e9, 10.), Vector3d::Zero());
   EXPECT_NEAR(law.force(-1e-3, n, Vector3d::Zero(), 1e9, 10.)[1], 1e6, 1e-6);
@@ -47,7 +47,7 @@ TEST(ToolContactLaw, SpringWithoutTensionAndCoulombBound)
 // Tool on one particle: force, reaction and power follow from the law; a rolling disc does not slide over a fixed surface.
 TEST(Tool, ContactWithOneParticle)
 {
-  Case::Tool settings;
+  ToolSettings settings;
   settings.radius = 2.;
   settings.path = {{0., Vector3d(0., 2.45, 0.)}, {1., Vector3d(3., 2.45, 0.)}};
   settings.smoothing_time = 0.;
@@ -72,9 +72,9 @@ TEST(Tool, ContactWithOneParticle)
 
 namespace
 {
-Case::Tool rolling_disc(double width)
+ToolSettings rolling_disc(double width)
 {
-  Case::Tool settings;
+  ToolSettings settings;
   settings.radius = 2.;
   settings.width = width;
   settings.path = {{0., Vector3d(0., 2.45, 0.7)}, {1., Vector3d(3., 2.45, 0.7)}};
@@ -158,7 +158,7 @@ TEST(Tool, SurfaceIsAsStiffAsParticles)
     const Vector3d place = Vector3d(0., 0.46, 0.7); // 0.01 inside
     Vector3d pushed = Vector3d::Zero();
   };
-  Case::Tool settings = rolling_disc(0.8);
+  ToolSettings settings = rolling_disc(0.8);
   settings.stiffness_ratio = 2.;
   const double d = 0.1, k_n = 1e4;
   Eigen::Matrix3Xd nothing(3, 0);
@@ -178,7 +178,7 @@ TEST(Tool, SurfaceIsAsStiffAsParticles)
 TEST(Tool, ClearanceOfTheDisc)
 {
   const test::DummyFemSide boundaryless(2, 2, 1., 1.);
-  Case::Tool settings;
+  ToolSettings settings;
   settings.radius = 0.5;
   settings.path = {{0., Vector3d(1., 3., 0.)}};
   // The dummy has no boundary faces: build them for the top side only.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Changes of models both ways: what they add, and that they can be repeated.
+#include "coupler/base/mesh_geometry.h"
 #include "tests/support/plane_packet.h"
 #include "tests/support/strip_front.h"
 

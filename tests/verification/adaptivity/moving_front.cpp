@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Changes of models in a strained strip, and the limits at which modes are the same.
+#include "coupler/base/mesh_geometry.h"
 #include "tests/support/strip_front.h"
 
 #include <gtest/gtest.h>

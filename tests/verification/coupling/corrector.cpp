@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Springs to the places that a random packing fluctuates to about the smooth field, in two and three dimensions.
+#include "coupler/base/mesh_geometry.h"
 #include "coupler/method/constraint/penalty_constraint.h"
 #include "dem_side/bond_network/network_operator.h"
 #include "tests/support/dummy_fem_side.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Coupled strips that repeat themselves across y: the overlap depends on x only, waves stay plane.
+#include "coupler/base/mesh_geometry.h"
 #include "tests/support/coupled_body.h"
 
 #include <gtest/gtest.h>

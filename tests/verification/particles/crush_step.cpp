@@ -32,7 +32,7 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
   const auto fem = fem::make_fem_side(rock);
   Case settings;
   settings.rock = rock.material;
-  settings.tool.kind = Case::ToolKind::none;
+  settings.tool.kind = ToolKind::none;
   settings.bond.k_n = packing.dim == 2 ? 2e10 : 2e10 * packing.mean_diameter;
   settings.bond.k_t = k_t_ratio * settings.bond.k_n;
   settings.bond.R_n = settings.bond.R_t = 2e-4 * packing.mean_diameter * settings.bond.k_n;

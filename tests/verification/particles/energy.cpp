@@ -31,8 +31,8 @@ struct Body
     settings.bond = test::settings(packing).bond;
     settings.bond.k_n = 2e10;
     settings.bond.k_t = 5e9;
-    settings.tool = Case::Tool();
-    settings.tool.kind = Case::ToolKind::none;
+    settings.tool = ToolSettings();
+    settings.tool.kind = ToolKind::none;
     settings.tool.radius = 4e-3;
     settings.tool.stiffness_ratio = 1.;
     settings.boundary_conditions = {condition(2, fem::BoundaryKind::fixed)};
@@ -41,7 +41,7 @@ struct Body
   /// The disc comes from above, @p depth into the body at @p time.
   void press(double depth, double time)
   {
-    settings.tool.kind = Case::ToolKind::disc;
+    settings.tool.kind = ToolKind::disc;
     const double x = 0.5 * (packing.lower[0] + packing.upper[0]), y = packing.upper[1] + settings.tool.radius;
     settings.tool.path = {{0., {x, y, 0.}}, {time, {x + 0.5 * depth, y - depth, 0.}}};
     settings.tool.smoothing_time = 0.2 * time;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/constraint/corrector/recovered_gradient.h"
 
-#include "coupler/method/overlap/region_distance.h"
+#include "coupler/base/mesh_geometry.h"
 
 #include <algorithm>
 #include <iterator>

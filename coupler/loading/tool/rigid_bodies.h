@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "coupler/base/mesh_geometry.h"
+#include "coupler/loading/tool/tool_path.h"
+#include "coupler/loading/tool/tool_settings.h"
+
+namespace kerf
+{
+/// What a point of the rock sees of a rigid body.
+struct NearestSurface
+{
+  double gap = 0.;          ///< distance of the point from the surface, negative inside [m]
+  Eigen::Vector3d normal;   ///< out of the body
+  Eigen::Vector3d velocity; ///< of the body's surface there [m/s]
+};
+
+/// A rigid body on a prescribed way.
+class RigidBody
+{
+public:
+  virtual ~RigidBody() = default;
+  virtual void move_to(double time) = 0; ///< [s]
+  virtual NearestSurface nearest(const Eigen::Vector3d &point) const = 0;
+  /// Box around all points with a gap below @p reach [m].
+  virtual Box bounds(double reach) const = 0;
+};
+
+/// Disc cutter, its axis along z: a flat disc with half of the width around it, so that its rim is round; or a cylinder without
+/// end.
+class Disc : public RigidBody
+{
+public:
+  explicit Disc(const ToolSettings &settings);
+  void move_to(double time) override;
+  NearestSurface nearest(const Eigen::Vector3d &point) const override;
+  Box bounds(double reach) const override;
+
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
+  double spin = 0., angle = 0.; ///< about z [rad/s], [rad]
+  const double radius;
+  const double width; ///< 0: without end [m]
+
+private:
+  ToolPath path;
+  bool rolling;
+  double time_of_angle = 0.;
+};
+
+/// Plate of a press: the half space beyond a plane across y. Its speed starts as half a cosine wave.
+class Platen : public RigidBody
+{
+public:
+  /// @param y of the face at the start [m]; @param speed along y [m/s], its sign is that of the face's outer normal;
+  /// @param ramp duration of the start [s]
+  Platen(double y, double speed, double ramp);
+  void move_to(double time) override;
+  NearestSurface nearest(const Eigen::Vector3d &point) const override;
+  Box bounds(double reach) const override;
+
+  const double start, full_speed, ramp;
+  double y, speed = 0.;
+};
+} // namespace kerf
