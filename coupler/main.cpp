@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/calibration/calibrate_case.h"
 #include "coupler/application/commands/commands.h"
+#include "coupler/application/stand_alone/export_case.h"
+#include "coupler/application/stand_alone/script_forces.h"
 #include "coupler/base/errors.h"
 
 #include <CLI/CLI.hpp>

@@ -13,10 +13,9 @@ namespace kerf
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-DebrisContact::DebrisContact(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
-  : packing(packing), dt(dt), comm(comm), law{settings.bond.friction}, stiffness(settings.bond.k_n),
-    damping(settings.bond.damping), patch((packing.dim == 2 ? 0.15 : 0.21) * packing.mean_diameter), loose(packing.size(), 0),
-    near_surface(packing.size(), 0)
+DebrisContact::DebrisContact(const dem::BondParameters &bond, const dem::Packing &packing, double dt, MPI_Comm comm)
+  : packing(packing), dt(dt), comm(comm), law{bond.friction}, stiffness(bond.k_n), damping(bond.damping),
+    patch((packing.dim == 2 ? 0.15 : 0.21) * packing.mean_diameter), loose(packing.size(), 0), near_surface(packing.size(), 0)
 {
   MPI_Comm_rank(comm, &rank);
 }

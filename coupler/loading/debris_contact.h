@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/application/case_file/case_file.h"
+#include "coupler/base/tied_particle.h"
 #include "coupler/energy/particle_work.h"
 #include "coupler/loading/tool/tool.h"
-#include "coupler/method/overlap/overlap.h"
 #include "dem_side/dem_side.h"
+#include "dem_side/packing/stored_bonds.h"
 #include "fem_side/fem_side.h"
 
 #include <unordered_map>
@@ -20,7 +20,7 @@ class DebrisContact
 {
 public:
   /// @param packing kept by reference. @param dt step [s]
-  DebrisContact(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
+  DebrisContact(const dem::BondParameters &bond, const dem::Packing &packing, double dt, MPI_Comm comm);
 
   /// Finds the loose particles: no chain of intact bonds leads from them to a tied one. Looks only when bonds broke or models
   /// changed since the last call. @param bonds of the store. Collective.

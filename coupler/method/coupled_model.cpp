@@ -4,7 +4,6 @@
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
-#include "coupler/method/activation/relaxation.h"
 #include "coupler/method/stability/stable_step.h"
 
 #include <algorithm>
@@ -12,18 +11,12 @@
 
 namespace kerf
 {
-ConstraintModel constraint_model(const Case &settings, const dem::Packing &packing, MPI_Comm comm)
+ConstraintModel constraint_model(const ModelSettings &settings, const dem::Packing &packing, MPI_Comm comm)
 {
-  return {settings.constraint,
-          settings.overlap,
-          settings.bond.k_n,
-          settings.bond.k_t,
-          settings.packing.mean_diameter,
-          &packing,
-          comm};
+  return {settings.constraint, settings.overlap, settings.bond.k_n, settings.bond.k_t, settings.mean_diameter, &packing, comm};
 }
 
-dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
+dem::Settings particle_settings(const ModelSettings &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
 {
   dem::Settings result;
   result.comm = comm;
@@ -40,18 +33,22 @@ dem::Settings particle_settings(const Case &settings, const dem::Packing &packin
   return result;
 }
 
-CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
+CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
                            MPI_Comm comm, std::unique_ptr<Constraint> given_constraint)
   : settings(settings), mode(mode), fem_side(fem), packing(packing), dt(dt), comm(comm),
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), packing, settings.overlap.weight_function, settings.overlap.width),
-    activation(settings, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
-    return_rule(settings, fem.mesh(), packing, virial_stress, comm),
-    boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing), loads(settings, fem.mesh(), packing),
+    activation(settings.activation, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
+    return_rule(settings.activation, settings.body.material.poisson, fem.mesh(), packing, virial_stress, comm),
+    boundary(fem.mesh(), settings.body.material, settings.body.boundary_conditions, packing),
+    loads(settings.body, fem.mesh(), packing),
     constraint(given_constraint ? std::move(given_constraint) : make_constraint(constraint_model(settings, packing, comm))),
-    monitor(settings, packing, comm),
-    cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm),
-    loose(settings, packing, dt, comm), tool_work(dt, comm), debris_work(dt, comm), boundary_work(dt, comm),
+    conversion(
+      settings, mode, fem, *dem_side, packing, regions, *constraint, boundary, virial_stress, dt,
+      {[this] { set_up_forces(); }, [this] { particle_forces(&dem::DemSide::compute_forces); }}, [this] { return energies(); },
+      comm),
+    cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.body.material.density, comm),
+    loose(settings.bond, packing, dt, comm), tool_work(dt, comm), debris_work(dt, comm), boundary_work(dt, comm),
     absorbing_work(dt, comm)
 {
   constraint->set_time_step(dt);
@@ -71,7 +68,7 @@ void CoupledModel::start()
   if (!cells.empty())
   {
     clock.begin_whole(Part::activation);
-    convert(cells);
+    record(conversion.convert(cells));
     clock.end_whole();
   }
   conversion_energy = 0.; // what the body starts with is not a change of models
@@ -82,7 +79,7 @@ void CoupledModel::start()
 void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
 {
   clock.lap(Part::dem);
-  const bool with_fem = fem_side.n_active_cells() > 0 && !relaxing;
+  const bool with_fem = fem_side.n_active_cells() > 0 && !conversion.relaxing();
   const bool stepping = phase == dem::Phase::step;
   if (stepping)
   {
@@ -119,7 +116,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   loads.apply(particles, now, boundary_work);
   clock.lap(Part::dem);
 
-  if (!relaxing || constraint->tie() == Tie::spring)
+  if (!conversion.relaxing() || constraint->tie() == Tie::spring)
     constraint->apply(phase, particles, fem_side); // sees all other forces
   clock.lap(Part::exchange);
 
@@ -154,81 +151,17 @@ bool CoupledModel::adapt()
   clock.begin_whole(Part::activation);
   const std::size_t n_events = activation_events.size();
   if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions); !cells.empty())
-    convert(cells);
+    record(conversion.convert(cells));
   else if (return_rule.due(now))
     return_to_continuum(return_rule.cells_to_return(fem_side, regions, *dem_side, now));
   clock.end_whole();
   return activation_events.size() > n_events;
 }
 
-/// A change of models: what the body holds before it.
-ActivationEvent CoupledModel::open_event()
-{
-  ActivationEvent event;
-  event.step = n_steps;
-  event.time = now;
-  const EnergyLedger ledger = energies();
-  conversion_energy -= ledger.held();
-  event.before = conserved_quantities(fem_side, *dem_side, ledger, comm);
-  return event;
-}
-
-/// What it holds after it; the difference came in by the change.
-void CoupledModel::close_event(ActivationEvent &event)
-{
-  const EnergyLedger ledger = energies();
-  conversion_energy += ledger.held();
-  event.after = conserved_quantities(fem_side, *dem_side, ledger, comm);
-  activation_events.push_back(event);
-}
-
-void CoupledModel::convert(const std::vector<int> &cells)
-{
-  ActivationEvent event = open_event();
-  event.cells = static_cast<int>(cells.size());
-  const CellStresses stress = stresses_of(cells, false);
-
-  std::vector<std::pair<int, double>> weights; // of ties that hold means, around which particles relax_particles
-  if (constraint->tie() == Tie::mean)
-    for (const TiedParticle &particle : active_ties())
-      weights.emplace_back(particle.index, regions.de_weights()[particle.index]);
-  regions.convert(cells);
-  std::vector<int> reweighted;
-  for (const auto &[index, weight] : weights)
-    if (regions.de_weights()[index] != weight)
-      reweighted.push_back(index);
-  // Project while the finite elements still carry the field everywhere.
-  std::vector<dem::NewParticle> particles = project(fem_side, regions, packing, dem_side->is_taken(), comm);
-  constraint->place(particles, fem_side);
-  event.particles = static_cast<int>(particles.size());
-  std::vector<int> added;
-  for (const dem::NewParticle &particle : particles)
-    added.push_back(particle.index);
-  std::vector<int> settling = added;
-  settling.insert(settling.end(), reweighted.begin(), reweighted.end());
-  Accelerations accelerations = project_accelerations(fem_side, packing, settling, comm);
-  for (auto &[index, acceleration] : accelerations) // not of what a boundary holds
-    for (int c = 0; c < 3; ++c)
-      if (boundary.role(index).held || boundary.role(index).blocked[c])
-        acceleration[c] = 0.;
-
-  fem_side.set_weights(regions.fe_weights());
-  dem_side->insert(particles);
-  const std::vector<TiedParticle> ties = active_ties();
-  constraint->set_particles(ties);
-  relax_particles(added, reweighted, ties, accelerations);
-  if (mode == Mode::adaptive)
-    monitor.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, *constraint);
-
-  event.bonds_stored = bonds_between(added);
-  audit_stress(event, stress, stresses_of(cells, true));
-  close_event(event);
-}
-
 void CoupledModel::activate(std::vector<int> cells)
 {
   std::sort(cells.begin(), cells.end());
-  convert(cells);
+  record(conversion.convert(cells));
 }
 
 void CoupledModel::return_to_continuum(std::vector<int> cells)
@@ -236,146 +169,16 @@ void CoupledModel::return_to_continuum(std::vector<int> cells)
   if (cells.empty())
     return;
   std::sort(cells.begin(), cells.end());
-  ActivationEvent event = open_event();
-  event.cells = -static_cast<int>(cells.size());
-  const CellStresses stress = stresses_of(cells, true);
-
-  const Eigen::Matrix3Xd moved = fem_side.gather(fem::NodalField::mass);
-  regions.restore(cells);
-  fem_side.set_weights(regions.fe_weights());
-  const NodalState state = recover_nodes(fem_side, *dem_side, packing, cells, moved, comm);
-  fem_side.set_state(state.displacement, state.velocity);
-
-  std::vector<int> unused;
-  for (int i = 0; i < packing.size(); ++i)
-    if (dem_side->is_active()[i] && !regions.needs_particle(i))
-      unused.push_back(i);
-  event.particles = -static_cast<int>(unused.size());
-  event.bonds_stored = -bonds_between(unused);
-  dem_side->remove(unused);
-  const std::vector<TiedParticle> ties = active_ties();
-  constraint->set_particles(ties);
-  dem_side->set_weights(regions.de_weights());
-  set_up_forces();
-  if (mode == Mode::adaptive)
-    monitor.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, *constraint);
-  audit_stress(event, stress, stresses_of(cells, false));
-  close_event(event);
+  record(conversion.return_to_continuum(cells));
 }
 
-/// Stresses of cells as one of the sides has them.
-CellStresses CoupledModel::stresses_of(const std::vector<int> &cells, bool of_particles)
+void CoupledModel::record(ActivationEvent event)
 {
-  std::vector<char> target(fem_side.mesh().n_cells(), 0);
-  for (const int cell : cells)
-    target[cell] = 1;
-  CellStresses stress = CellStresses::Zero(6, cells.size());
-  if (of_particles)
-  {
-    const CellStresses all = virial_stress.stresses(target, fem_side, *dem_side, settings.rock.poisson);
-    for (std::size_t k = 0; k < cells.size(); ++k)
-      stress.col(k) = all.col(cells[k]);
-    return stress;
-  }
-  const fem::CellStress local = fem_side.cell_stress();
-  for (std::size_t k = 0; k < local.cell.size(); ++k)
-    if (target[local.cell[k]])
-      stress.col(std::lower_bound(cells.begin(), cells.end(), local.cell[k]) - cells.begin()) = local.sigma.col(k);
-  MPI_Allreduce(MPI_IN_PLACE, stress.data(), static_cast<int>(stress.size()), MPI_DOUBLE, MPI_SUM, comm);
-  return stress;
-}
-
-void CoupledModel::audit_stress(ActivationEvent &event, const CellStresses &before, const CellStresses &after) const
-{
-  const auto root_mean_square = [](const CellStresses &stress)
-  { return std::sqrt((stress.topRows<3>().squaredNorm() + 2. * stress.bottomRows<3>().squaredNorm()) / stress.cols()); };
-  event.stress = root_mean_square(before);
-  event.stress_jump = root_mean_square(after - before);
-}
-
-/// Stored bonds of particles that come or go to active ones.
-std::int64_t CoupledModel::bonds_between(const std::vector<int> &added) const
-{
-  std::vector<char> is_new(packing.size(), 0);
-  for (const int i : added)
-    is_new[i] = 1;
-  std::int64_t bonds = 0;
-  for (const int i : added)
-    for (const int partner : regions.bonds().partners_of(i))
-      bonds += dem_side->is_active()[partner] && (!is_new[partner] || i < partner);
-  return bonds;
-}
-
-/// The ties of the present overlap to particles that did not leave the domain.
-std::vector<TiedParticle> CoupledModel::active_ties() const
-{
-  std::vector<TiedParticle> ties;
-  for (const TiedParticle &particle : boundary.movable(regions.tied_particles()))
-    if (dem_side->is_active()[particle.index])
-      ties.push_back(particle);
-  return ties;
-}
-
-/// Gives the particles their weights and moves those of a random packing to places where they rest: the projected field is
-/// smooth, they fluctuate about it, and let go they would ring and overload bonds. What accelerates them is not part of that:
-/// it is the load of a passing wave. Velocities stay as projected.
-void CoupledModel::relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted,
-                                   const std::vector<TiedParticle> &ties, const Accelerations &accelerations)
-{
-  const Tie tie = constraint->tie();
-  // In mode dem particles start where bonds are at rest.
-  const bool at_rest = settings.activation.relaxation_steps == 0 || (mode == Mode::dem && settings.initial_stress.norm() == 0.);
-  std::vector<int> moving = added;
-  if (tie == Tie::rigid)
-  {
-    std::vector<char> tied(packing.size(), 0);
-    for (const TiedParticle &particle : ties)
-      tied[particle.index] = 1;
-    moving.erase(std::remove_if(moving.begin(), moving.end(), [&](int i) { return tied[i]; }), moving.end());
-  }
-  if (tie == Tie::mean)
-  {
-    // With full weights: the places of rest do not depend on how stiffness is shared, and weights would load particles with
-    // forces that the finite elements balance. What was at rest in the old overlap is so no longer. The outermost particles
-    // miss bonds and stay; so do damaged ones, whose contacts would take the move for sliding.
-    moving.insert(moving.end(), reweighted.begin(), reweighted.end());
-    const std::vector<char> damaged = damaged_particles();
-    const auto stays = [&](int i)
-    {
-      const auto partners = regions.bonds().partners_of(i);
-      return damaged[i] ||
-             !std::all_of(partners.begin(), partners.end(), [&](int partner) { return dem_side->is_active()[partner]; });
-    };
-    moving.erase(std::remove_if(moving.begin(), moving.end(), stays), moving.end());
-  }
-  dem_side->set_weights(tie == Tie::mean && !at_rest ? Eigen::VectorXd(Eigen::VectorXd::Ones(packing.size()))
-                                                     : regions.de_weights());
-  relaxing = !at_rest;
-  set_up_forces();
-  if (!at_rest)
-  {
-    relax(
-      settings, packing, moving, accelerations, *dem_side, [this] { particle_forces(&dem::DemSide::compute_forces); },
-      [this] { return constraint->springs(); });
-    relaxing = false;
-    dem_side->set_weights(regions.de_weights());
-    particle_forces(&dem::DemSide::compute_forces);
-  }
-}
-
-/// By index in the packing: has a broken bond.
-std::vector<char> CoupledModel::damaged_particles() const
-{
-  const dem::Particles particles = dem_side->particles();
-  const std::vector<double> damage = dem_side->damage();
-  std::vector<int> local;
-  for (int i = 0; i < particles.n && i < static_cast<int>(damage.size()); ++i)
-    if (damage[i] > 0.)
-      local.push_back(particles.index[i]);
-  std::vector<char> damaged(packing.size(), 0);
-  for (const int index : gather_all(local, MPI_INT, comm))
-    damaged[index] = 1;
-  return damaged;
+  event.step = n_steps;
+  event.time = now;
+  conversion_energy -= event.held_before;
+  conversion_energy += event.held_after;
+  activation_events.push_back(event);
 }
 
 void CoupledModel::set_up_forces()

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/application/case_file/case_file.h"
 #include "coupler/energy/energy_ledger.h"
 #include "coupler/energy/force_catcher.h"
 #include "coupler/energy/particle_work.h"
@@ -12,27 +11,15 @@
 #include "coupler/method/activation/activation_rule.h"
 #include "coupler/method/activation/return_rule.h"
 #include "coupler/method/constraint/make_constraint.h"
+#include "coupler/method/conversion.h"
+#include "coupler/method/model_settings.h"
 #include "coupler/method/overlap/overlap.h"
-#include "coupler/method/stability/stability_monitor.h"
 #include "coupler/method/step_timer.h"
 
 #include <memory>
 
 namespace kerf
 {
-/// What one change of models did (audit, seed's "behaviours of both methods should be equivalent").
-struct ActivationEvent
-{
-  std::int64_t step = 0;
-  double time = 0.;
-  int cells = 0;                 ///< converted to particles; negative: given back to the finite elements
-  int particles = 0;             ///< taken from the store; negative: put back
-  std::int64_t bonds_stored = 0; ///< between these and any active particle; before and after must differ by them
-  ConservedQuantities before, after;
-  double stress = 0.;      ///< root mean square over the cells of the stress before [Pa]
-  double stress_jump = 0.; ///< of the stress after less the stress before [Pa]
-};
-
 /// Mean force of the rock on the tool since the last call [N].
 struct ToolForce
 {
@@ -45,8 +32,8 @@ class CoupledModel
 public:
   /// @param fem, @param packing and @param settings are kept by reference. @param dt step of both sides [s]
   /// @param constraint of the settings (see constraint_model()); null: made here
-  CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt, MPI_Comm comm,
-               std::unique_ptr<Constraint> constraint = nullptr);
+  CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
+               MPI_Comm comm, std::unique_ptr<Constraint> constraint = nullptr);
 
   /// Converts the cells that the mode asks for at time zero. Collective.
   void start();
@@ -86,19 +73,11 @@ public:
 
 private:
   void cycle(dem::Phase phase, dem::Particles &particles);
-  void convert(const std::vector<int> &cells);
-  ActivationEvent open_event();
-  void close_event(ActivationEvent &event);
-  CellStresses stresses_of(const std::vector<int> &cells, bool of_particles);
-  void audit_stress(ActivationEvent &event, const CellStresses &before, const CellStresses &after) const;
-  std::int64_t bonds_between(const std::vector<int> &added) const;
-  std::vector<TiedParticle> active_ties() const;
-  void relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties,
-                       const std::unordered_map<int, Eigen::Vector3d> &accelerations);
-  std::vector<char> damaged_particles() const;
+  /// Enters what came in with a change of models into the ledger.
+  void record(ActivationEvent event);
   void particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &));
 
-  const Case &settings;
+  const ModelSettings &settings;
   Mode mode;
   fem::FemSide &fem_side;
   const dem::Packing &packing;
@@ -113,13 +92,12 @@ private:
   ParticleBoundary boundary;
   ParticleLoads loads;
   std::unique_ptr<Constraint> constraint;
-  StabilityMonitor monitor;
+  Conversion conversion;
   Tool cutter;
   DebrisContact loose;
   ParticleWork tool_work, debris_work, boundary_work, absorbing_work; // on particles
   ForceCatcher tool_forces;
 
-  bool relaxing = false; // new particles are moved to rest, time stands still
   std::int64_t n_steps = 0;
   double now = 0.;
   double initial_energy = 0., conversion_energy = 0.; // see EnergyLedger
@@ -130,7 +108,7 @@ private:
 };
 
 /// What the constraint of a model is made from; refers to @p packing.
-ConstraintModel constraint_model(const Case &settings, const dem::Packing &packing, MPI_Comm comm);
-/// What the particle side of a case is set up with.
-dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
+ConstraintModel constraint_model(const ModelSettings &settings, const dem::Packing &packing, MPI_Comm comm);
+/// What the particle side of a model is set up with.
+dem::Settings particle_settings(const ModelSettings &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
 } // namespace kerf

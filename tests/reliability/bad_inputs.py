@@ -83,7 +83,7 @@ with tempfile.TemporaryDirectory() as work:
     bad("store_is_not_periodic", lambda text: text.replace("set Cell size", "set Periodic = y\n  set Cell size").replace(
         "subsection Packing", "subsection Boundary\n set Conditions = left: fixed\nend\nsubsection Packing"),
         "is not periodic along y", "Mesh/Periodic", more=["--set", "Tool/Kind=none"])
-    bad("plane_is_no_number", change("set Radius spread", "set Plane at = left\n  set Radius spread"), "Packing/Plane at", "'left'")
+    bad("plane_is_no_number", change("set Radius spread", "set Lattice plane = left\n  set Radius spread"), "Packing/Lattice plane", "'left'")
 
     def with_conditions(conditions):
         return change("subsection Packing", f"subsection Boundary\n set Conditions = {conditions}\nend\nsubsection Packing")

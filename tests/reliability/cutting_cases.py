@@ -61,7 +61,7 @@ def compare_exchange(work):
     # The corrector and full multipliers take more, docs/results/coupling.md says how much.
     for name, values in (("disc_cutter_2d", {}), ("disc_cutter_3d", {"Time/End time": "0.7e-3"})):
         case = kerf_runner.copy_case(os.path.join(CASES, name), os.path.join(work, name))
-        for method, ratio in (("penalty", "0.5"), ("penalty_mass_scaled", "0.5"), ("multipliers_diagonal", "0.02")):
+        for method, ratio in (("penalty", "0.5"), ("penalty_mass_scaled", "0.5"), ("lumped_multipliers", "0.02")):
             run = cut(case, "adaptive", os.path.join(work, f"{name}_{method}"), {"Coupling/Method": method, "Coupling/Penalty ratio": ratio, **values})
             parts = kerf_runner.timer_table(run)
             of_run, of_step = kerf_runner.share_of_run(parts, "exchange"), kerf_runner.exchange_share(parts)

@@ -141,8 +141,8 @@ def stability_text(directory):
 METHODS = [("`penalty`, 0.5 k_n", {"Method": "penalty", "Penalty ratio": "0.5"}),
            ("`penalty_mass_scaled`, 0.5", {"Method": "penalty_mass_scaled", "Penalty ratio": "0.5"}),
            ("`penalty_mass_scaled`, 0.5, corrector", {"Method": "penalty_mass_scaled", "Penalty ratio": "0.5", "Corrector": "weak"}),
-           ("`multipliers_diagonal`, 0.02", {"Method": "multipliers_diagonal", "Penalty ratio": "0.02"}),
-           ("`multipliers`, relaxation 0.05", {"Method": "multipliers", "Fluctuation relaxation": "0.05"})]
+           ("`lumped_multipliers`, 0.02", {"Method": "lumped_multipliers", "Penalty ratio": "0.02"}),
+           ("`multipliers`, relaxation 0.05", {"Method": "weak_multipliers", "Fluctuation relaxation": "0.05"})]
 CUTS = [("disc_cutter_2d", {}), ("disc_cutter_3d", {"Time/End time": "0.7e-3"})]
 
 

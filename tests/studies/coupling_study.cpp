@@ -30,10 +30,10 @@ std::vector<Method> methods = {{"penalty, 0.1 k_n", "penalty", 0.1, 0.},
                                {"penalty_mass_scaled, 0.25", "penalty_mass_scaled", 0.25, 0.},
                                {"penalty_mass_scaled, 1", "penalty_mass_scaled", 1., 0.},
                                {"penalty_mass_scaled, 0.5, corrector", "penalty_mass_scaled", 0.5, 0., true},
-                               {"multipliers", "multipliers", 0., 0.},
-                               {"multipliers, relaxation 0.02", "multipliers", 0., 0.02},
-                               {"multipliers, relaxation 0.05", "multipliers", 0., 0.05},
-                               {"multipliers_diagonal, 0.02", "multipliers_diagonal", 0.02, 0.}};
+                               {"weak_multipliers", "weak_multipliers", 0., 0.},
+                               {"multipliers, relaxation 0.02", "weak_multipliers", 0., 0.02},
+                               {"multipliers, relaxation 0.05", "weak_multipliers", 0., 0.05},
+                               {"lumped_multipliers, 0.02", "lumped_multipliers", 0.02, 0.}};
 constexpr int seeds[] = {1, 2};
 const std::pair<Direction, const char *> directions[] = {{Direction::tension, "tension"}, {Direction::shear, "shear"}};
 
@@ -51,7 +51,7 @@ void patch()
 {
   std::cout << "method,overlap,seed,direction,strain,energy\n";
   for (const Method &method : methods)
-    if (method.constraint != "multipliers" || method.relaxation == 0.05) // the relaxation does nothing at rest
+    if (method.constraint != "weak_multipliers" || method.relaxation == 0.05) // the relaxation does nothing at rest
       for (const int cells : {2, 4})
         for (const int seed : seeds)
           for (const auto &[direction, name] : directions)

@@ -25,7 +25,7 @@ from results_file import History, Unreadable, time_mean  # noqa: E402
 
 BEGIN, END = "<!-- chart:begin -->", "<!-- chart:end -->"
 MASS_SCALED = {"Coupling/Method": "penalty_mass_scaled", "Coupling/Penalty ratio": "0.5"}
-MULTIPLIERS = {"Coupling/Method": "multipliers"}
+MULTIPLIERS = {"Coupling/Method": "weak_multipliers"}
 # Name, mode, what is set; the first one is what errors are measured against.
 SETTINGS = [("full DEM", "dem", {}),
             ("fixed", "fixed", {}),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/application/case_file/fem_settings.h"
+#include "coupler/application/case_file/case_file.h"
 #include "coupler/method/coupled_model.h"
 #include "tests/support/stable_steps_of.h"
 
@@ -17,12 +17,13 @@ inline Case lattice_rock(double d)
 {
   Case settings;
   settings.directory = "test";
-  settings.rock.density = 2650.;
-  settings.rock.young = 40e9;
-  settings.rock.poisson = 0.2;
+  settings.body.material.density = 2650.;
+  settings.body.material.young = 40e9;
+  settings.body.material.poisson = 0.2;
   settings.packing.kind = "triangular";
-  settings.packing.mean_diameter = d;
-  settings.bond.k_n = settings.rock.young / (std::sqrt(3.) * 1.2 * 0.6);
+  settings.packing.mean_diameter = settings.mean_diameter = d;
+  settings.body.surface_spacing = 0.25 * d;
+  settings.bond.k_n = settings.body.material.young / (std::sqrt(3.) * 1.2 * 0.6);
   settings.bond.k_t = 0.2 * settings.bond.k_n;
   settings.bond.R_n = settings.bond.R_t = 1e12;
   settings.constraint.method = "penalty_mass_scaled";
@@ -53,10 +54,7 @@ struct Body
       model(settings, mode, *fem, packing, dt, MPI_COMM_WORLD)
   {
   }
-  static std::unique_ptr<fem::FemSide> make_fem(const Case &settings)
-  {
-    return fem::make_fem_side(fem_settings(settings, MPI_COMM_WORLD));
-  }
+  static std::unique_ptr<fem::FemSide> make_fem(const Case &settings) { return fem::make_fem_side(settings.body); }
   void set_state(const std::function<Eigen::Vector3d(const Eigen::Vector3d &)> &u,
                  const std::function<Eigen::Vector3d(const Eigen::Vector3d &)> &v)
   {

@@ -28,11 +28,11 @@ struct StripCase
 {
   explicit StripCase(const Strip &strip) : strip(strip), settings(lattice_rock(Strip::d))
   {
-    settings.mesh.upper = Eigen::Vector3d(strip.length(), strip.height(), 0.);
-    settings.mesh.cell_size = strip.cell_length();
-    settings.mesh.periodic = {{false, true, false}};
-    settings.packing.upper = settings.mesh.upper;
-    settings.packing.periodic = settings.mesh.periodic;
+    settings.body.mesh.upper = Eigen::Vector3d(strip.length(), strip.height(), 0.);
+    settings.body.mesh.cell_size = strip.cell_length();
+    settings.body.mesh.periodic = {{false, true, false}};
+    settings.packing.upper = settings.body.mesh.upper;
+    settings.packing.periodic = settings.body.mesh.periodic;
     settings.overlap.width = strip.overlap_width();
     settings.constraint.fluctuation_relaxation = 0.05;
     const double d = Strip::d;
@@ -49,7 +49,8 @@ struct StripCase
     settings.packing.seed = strip.seed;
     settings.activation.relaxation_steps = 15;
     packing = dem::generate_packing(settings.packing);
-    const dem::ElasticCalibration bonds = dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson);
+    const dem::ElasticCalibration bonds =
+      dem::calibrate_elastic(packing, settings.body.material.young, settings.body.material.poisson);
     settings.bond.k_n = bonds.k_n;
     settings.bond.k_t = bonds.k_t;
   }

@@ -55,7 +55,7 @@ inline PlaneWave lattice_wave(const StripCase &strip, double k, int direction)
 inline PlaneWave continuum_wave(const Case &settings, double k, int direction)
 {
   PlaneWave wave;
-  wave.omega = k * (direction == 0 ? settings.rock.speed_p() : settings.rock.speed_s());
+  wave.omega = k * (direction == 0 ? settings.body.material.speed_p() : settings.body.material.speed_s());
   wave.rotation = direction == 0 ? 0. : std::complex<double>(0., 0.5 * k);
   return wave;
 }
@@ -64,7 +64,7 @@ inline PlaneWave continuum_wave(const Case &settings, double k, int direction)
 inline PlaneWave cells_wave(const Case &settings, double k, int direction)
 {
   PlaneWave wave = continuum_wave(settings, k, direction);
-  const double h = settings.mesh.cell_size;
+  const double h = settings.body.mesh.cell_size;
   wave.omega *= std::sin(0.5 * k * h) / (0.5 * k * h);
   return wave;
 }
@@ -228,7 +228,7 @@ inline double sent_back(const Case &method, int seed, double length, int directi
     put_on_particles(*body, packet, direction);
   }
   const double before = particles.model.energies().held();
-  const double speed = direction == 0 ? strip.settings.rock.speed_p() : strip.settings.rock.speed_s();
+  const double speed = direction == 0 ? strip.settings.body.material.speed_p() : strip.settings.body.material.speed_s();
   const int steps = static_cast<int>((6. * wave + shape.overlap_width()) / (speed * coupled.dt));
   constexpr int samples = 10, apart = 5;
   coupled.model.advance(steps - samples * apart);

@@ -49,7 +49,7 @@ inline FrontChange move_front(Body &body, const Strip &shape, Direction directio
       layer.push_back(cell);
   body.model.activate(layer);
 
-  const fem::Material &rock = body.settings.rock;
+  const fem::Material &rock = body.settings.body.material;
   const double modulus = direction == Direction::tension ? rock.lame_lambda() + 2. * rock.lame_mu() : rock.lame_mu();
   const double energy = 0.5 * modulus * eps * eps * (end - begin) * shape.height();
   FrontChange change;

@@ -25,7 +25,7 @@ inline void hold_ends(Case &settings)
     fem::BoundaryCondition end;
     end.id = id;
     end.kind = fem::BoundaryKind::fixed;
-    settings.boundary_conditions.push_back(end);
+    settings.body.boundary_conditions.push_back(end);
   }
 }
 
@@ -57,7 +57,7 @@ constexpr double until_rest = 3.6e-4; ///< 20 passages of a P wave through 70 d 
 /// at the other end, in a duration [s]. Returns its energy [J].
 inline double energy_at_rest(Body &body, Direction direction, double elongation, double duration = until_rest)
 {
-  const double length = body.settings.mesh.upper[0], first = body.settings.mesh.cell_size;
+  const double length = body.settings.body.mesh.upper[0], first = body.settings.body.mesh.cell_size;
   body.set_state([&](const Eigen::Vector3d &x)
                  { return Eigen::Vector3d(elongation * std::max(0., x[0] - first) / (length - first) * unit(direction)); },
                  [](const Eigen::Vector3d &) { return Eigen::Vector3d(Eigen::Vector3d::Zero()); });
@@ -96,7 +96,7 @@ inline double gauge_end(const Case &settings)
 }
 inline double elongation_of(const Case &settings)
 {
-  return 1e-5 * (settings.mesh.upper[0] - settings.mesh.cell_size);
+  return 1e-5 * (settings.body.mesh.upper[0] - settings.body.mesh.cell_size);
 }
 
 /// Of a strip of particles alone, after a duration [s].
@@ -118,10 +118,11 @@ inline Flexibilities flexibilities(const Case &settings, const dem::Packing &pac
 inline PatchErrors patch_errors(const Case &settings, const dem::Packing &packing, const Flexibilities &of, Direction direction,
                                 double duration = until_rest)
 {
-  const fem::Material &rock = settings.rock;
+  const fem::Material &rock = settings.body.material;
   const double modulus = direction == Direction::tension ? rock.lame_lambda() + 2. * rock.lame_mu() : rock.lame_mu();
-  const double overlap = settings.overlap.width, cells = settings.mesh.upper[0] - settings.fixed_region[0].upper[0] - overlap;
-  const double section = settings.mesh.upper[1] * (packing.dim == 3 ? settings.mesh.upper[2] : 1.);
+  const double overlap = settings.overlap.width,
+               cells = settings.body.mesh.upper[0] - settings.fixed_region[0].upper[0] - overlap;
+  const double section = settings.body.mesh.upper[1] * (packing.dim == 3 ? settings.body.mesh.upper[2] : 1.);
   const double elongation = elongation_of(settings), of_rock = 1. / (modulus * section); // and metre
 
   Body coupled(settings, packing, Mode::fixed);

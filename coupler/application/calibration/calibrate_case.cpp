@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/calibration/calibrate_case.h"
 #include "coupler/application/calibration/ratio_search.h"
-#include "coupler/application/commands/commands.h"
+
 #include "coupler/application/output/specimen_gauge.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
@@ -105,15 +106,15 @@ private:
   {
     Case result = rock;
     const double d = rock.packing.mean_diameter, width = rock.calibration.specimen_width;
-    result.mesh = fem::MeshSettings();
-    result.mesh.shape = brazilian ? fem::MeshShape::disc : fem::MeshShape::box;
-    result.mesh.cell_size = std::max(4. * d, 0.1 * width);
-    result.mesh.flat_angle = flat_angle;
-    result.mesh.upper =
+    result.body.mesh = fem::MeshSettings();
+    result.body.mesh.shape = brazilian ? fem::MeshShape::disc : fem::MeshShape::box;
+    result.body.mesh.cell_size = std::max(4. * d, 0.1 * width);
+    result.body.mesh.flat_angle = flat_angle;
+    result.body.mesh.upper =
       brazilian ? Eigen::Vector3d(1.25 * width, 1.25 * width, width) : Eigen::Vector3d(width, 2. * width, width);
     if (rock.dim() == 2)
-      result.mesh.upper[2] = 0.;
-    result.boundary_conditions.clear();
+      result.body.mesh.upper[2] = 0.;
+    result.body.boundary_conditions.clear();
     result.packing.seed = rock.packing.seed + 1 + packing;
     const std::string folder = rock.directory + "/specimens";
     std::filesystem::create_directories(folder);
@@ -126,13 +127,13 @@ private:
     result.bond = bond;
 
     // Strain at the target at the duration asked for; the ends of a split disc yield several times its mean strain.
-    const double speed_p = rock.rock.speed_p();
-    const double duration = rock.calibration.transits * result.mesh.upper[1] / speed_p;
-    const double strain = brazilian ? 5. * rock.activation.tensile_strength / rock.rock.young
-                                    : rock.activation.compressive_strength / rock.rock.young;
+    const double speed_p = rock.body.material.speed_p();
+    const double duration = rock.calibration.transits * result.body.mesh.upper[1] / speed_p;
+    const double strain = brazilian ? 5. * rock.activation.tensile_strength / rock.body.material.young
+                                    : rock.activation.compressive_strength / rock.body.material.young;
     result.tool = ToolSettings();
     result.tool.kind = ToolKind::platens;
-    result.tool.closing_speed = strain * result.mesh.upper[1] / duration;
+    result.tool.closing_speed = strain * result.body.mesh.upper[1] / duration;
     result.tool.smoothing_time = 0.1 * duration;
     result.tool.stiffness_ratio = 1.;
     result.tool.damping = 0.1;
@@ -259,8 +260,8 @@ std::string report(const Case &rock, const Attempt &found)
     text << "  " << std::left << std::setw(22) << name << " target " << std::setw(7) << target / unit << " reached "
          << mean.value / unit << " +- " << mean.scatter / unit << ' ' << unit_name << '\n';
   };
-  line("E of the specimens", rock.rock.young, found.young, 1e9, "GPa");
-  line("nu of the specimens", rock.rock.poisson, found.poisson, 1., "");
+  line("E of the specimens", rock.body.material.young, found.young, 1e9, "GPa");
+  line("nu of the specimens", rock.body.material.poisson, found.poisson, 1., "");
   line("uniaxial compression", rock.activation.compressive_strength, found.compressive, 1e6, "MPa");
   line("Brazilian strength", rock.activation.tensile_strength, found.tensile, 1e6, "MPa");
   return text.str();

@@ -17,6 +17,10 @@ namespace kerf
 {
 namespace
 {
+/// Distance of the contact points on the surface of the finite elements, in particle diameters: as fine as the particles, or a
+/// round tool would sink between two of them before it is felt.
+constexpr double surface_spacing = 0.25;
+
 std::string trimmed(const std::string &text)
 {
   const auto first = text.find_first_not_of(" \t\r\n");
@@ -81,9 +85,33 @@ const Parameter &checked_entry(const std::string &where, const std::string &sect
                    nearest->key + " (all keys: kerf params)");
 }
 
-/// ParameterHandler reports errors in several lines; this walks the file first so that a user gets one.
-void check_lines(const std::string &path)
+/// Replaces a name of the version before by the present one, with a notice.
+void use_present_names(const std::string &where, const std::string &section, std::string &key, std::string &value,
+                       std::vector<std::string> &notices)
 {
+  for (const Renamed &renamed : renamed_parameters())
+  {
+    if (renamed.section != section || renamed.key != key || (!renamed.value.empty() && renamed.value != value))
+      continue;
+    const std::string name = section + "/" + key;
+    if (renamed.value.empty())
+    {
+      notices.push_back("notice: " + where + ": " + name + " is named " + section + "/" + renamed.now + " now");
+      key = renamed.now;
+    }
+    else
+    {
+      notices.push_back("notice: " + where + ": " + name + " = " + value + " is named " + renamed.now + " now");
+      value = renamed.now;
+    }
+  }
+}
+
+/// The text of the file with the present names. ParameterHandler reports errors in several lines; this walks the file first so
+/// that a user gets one.
+std::string checked_text(const std::string &path, std::vector<std::string> &notices)
+{
+  std::ostringstream result;
   std::ifstream file(path);
   if (!file)
     throw InputError(path + ": no such file, a case directory holds a case.prm");
@@ -106,19 +134,27 @@ void check_lines(const std::string &path)
     else if (text.rfind("set ", 0) == 0 && text.find('=') != std::string::npos)
     {
       const auto equal = text.find('=');
-      checked_entry(where, sections.size() == 1 ? sections[0] : "", trimmed(text.substr(4, equal - 4)),
-                    trimmed(text.substr(equal + 1)));
+      const std::string section = sections.size() == 1 ? sections[0] : "";
+      std::string key = trimmed(text.substr(4, equal - 4)), value = trimmed(text.substr(equal + 1));
+      use_present_names(where, section, key, value, notices);
+      checked_entry(where, section, key, value);
+      result << "set " << key << " = " << value << '\n';
+      continue;
     }
     else
       throw InputError(where + ": '" + text + "' is not understood, lines are 'subsection NAME', 'set KEY = VALUE', 'end'");
+    result << text << '\n';
   }
   if (!sections.empty())
     throw InputError(path + ": 'subsection " + sections.back() + "' has no 'end'");
+  return result.str();
 }
 
-/// The handler after file and overrides.
-void read_handler(dealii::ParameterHandler &handler, const std::string &directory, const std::vector<Override> &overrides)
+/// The handler after file and overrides. Returns notices on old names.
+std::vector<std::string> read_handler(dealii::ParameterHandler &handler, const std::string &directory,
+                                      const std::vector<Override> &overrides)
 {
+  std::vector<std::string> notices;
   for (const Parameter &parameter : parameter_table())
   {
     handler.enter_subsection(parameter.section);
@@ -129,21 +165,21 @@ void read_handler(dealii::ParameterHandler &handler, const std::string &director
   if (!std::filesystem::is_directory(directory))
     throw InputError(directory + ": no such case directory");
   const std::string path = directory + "/case.prm";
-  check_lines(path);
-  handler.parse_input(path);
+  handler.parse_input_from_string(checked_text(path, notices));
   for (const Override &override : overrides)
   {
     const auto slash = override.find('/'), equal = override.find('=');
     if (slash == std::string::npos || equal == std::string::npos || equal < slash)
       throw InputError("--set " + override + ": give Section/Key=value");
     const std::string section = trimmed(override.substr(0, slash));
-    const std::string key = trimmed(override.substr(slash + 1, equal - slash - 1));
-    const std::string value = trimmed(override.substr(equal + 1));
+    std::string key = trimmed(override.substr(slash + 1, equal - slash - 1)), value = trimmed(override.substr(equal + 1));
+    use_present_names("--set", section, key, value, notices);
     checked_entry("--set", section, key, value);
     handler.enter_subsection(section);
     handler.set(key, value);
     handler.leave_subsection();
   }
+  return notices;
 }
 
 /// Typed access with the section in front; keeps the source of an error for composite values.
@@ -329,10 +365,9 @@ std::string name_of(Mode mode)
 Case read_case(const std::string &directory, const std::vector<Override> &overrides)
 {
   dealii::ParameterHandler handler;
-  read_handler(handler, directory, overrides);
-  const Reader reader(handler, directory + "/case.prm");
-
   Case result;
+  result.notices = read_handler(handler, directory, overrides);
+  const Reader reader(handler, directory + "/case.prm");
   result.directory = directory;
   result.name = std::filesystem::weakly_canonical(directory).filename().string();
   const auto in_case = [&](const std::string &path)
@@ -340,34 +375,34 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
 
   result.mode = mode_from_name(reader.text("Run", "Mode"));
 
-  result.rock.density = reader.number("Rock", "Density");
-  result.rock.young = reader.number("Rock", "Young modulus");
-  result.rock.poisson = reader.number("Rock", "Poisson ratio");
+  result.body.material.density = reader.number("Rock", "Density");
+  result.body.material.young = reader.number("Rock", "Young modulus");
+  result.body.material.poisson = reader.number("Rock", "Poisson ratio");
   result.activation.tensile_strength = reader.number("Rock", "Tensile strength");
   result.activation.compressive_strength = reader.number("Rock", "Compressive strength");
 
   const int dim = reader.integer("Mesh", "Dimension");
-  result.packing.dim = dim;
+  result.packing.dim = result.body.dim = dim;
   const std::string mesh_file = reader.text("Mesh", "File");
-  result.mesh.gmsh_file = mesh_file.empty() ? "" : in_case(mesh_file);
-  if (!mesh_file.empty() && !std::filesystem::exists(result.mesh.gmsh_file))
-    reader.fail("Mesh", "File", result.mesh.gmsh_file + " does not exist");
-  result.mesh.shape =
+  result.body.mesh.gmsh_file = mesh_file.empty() ? "" : in_case(mesh_file);
+  if (!mesh_file.empty() && !std::filesystem::exists(result.body.mesh.gmsh_file))
+    reader.fail("Mesh", "File", result.body.mesh.gmsh_file + " does not exist");
+  result.body.mesh.shape =
     choose<fem::MeshShape>(reader.text("Mesh", "Shape"), {{"box", fem::MeshShape::box}, {"disc", fem::MeshShape::disc}});
-  result.mesh.flat_angle = reader.number("Mesh", "Flat angle") * M_PI / 180.;
-  result.mesh.lower = reader.point("Mesh", "Lower corner");
-  result.mesh.upper = reader.point("Mesh", "Upper corner");
-  result.mesh.cell_size = reader.number("Mesh", "Cell size");
-  result.mesh.fine_lower = reader.point("Mesh", "Fine zone lower corner");
-  result.mesh.fine_upper = reader.point("Mesh", "Fine zone upper corner");
-  result.mesh.growth = reader.number("Mesh", "Growth ratio");
-  result.mesh.largest_cell_size = reader.number("Mesh", "Largest cell size");
+  result.body.mesh.flat_angle = reader.number("Mesh", "Flat angle") * M_PI / 180.;
+  result.body.mesh.lower = reader.point("Mesh", "Lower corner");
+  result.body.mesh.upper = reader.point("Mesh", "Upper corner");
+  result.body.mesh.cell_size = reader.number("Mesh", "Cell size");
+  result.body.mesh.fine_lower = reader.point("Mesh", "Fine zone lower corner");
+  result.body.mesh.fine_upper = reader.point("Mesh", "Fine zone upper corner");
+  result.body.mesh.growth = reader.number("Mesh", "Growth ratio");
+  result.body.mesh.largest_cell_size = reader.number("Mesh", "Largest cell size");
   for (const char axis : reader.text("Mesh", "Periodic"))
     if (const int c = axis - 'x'; c == 1 || c == 2) // "none" has no axis in it
     {
       if (c >= dim)
         reader.fail("Mesh", "Periodic", "in two dimensions none or y are allowed");
-      result.mesh.periodic[c] = result.packing.periodic[c] = true;
+      result.body.mesh.periodic[c] = result.packing.periodic[c] = true;
     }
   for (const auto &row : reader.rows("Mesh", "Refine", 2 * dim + 1))
   {
@@ -377,34 +412,35 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
     box.levels = static_cast<int>(row[2 * dim]);
     if (box.levels != row[2 * dim] || box.levels < 1 || box.levels > 8)
       reader.fail("Mesh", "Refine", "a cell is halved 1 to 8 times, a whole number");
-    result.mesh.refined.push_back(box);
+    result.body.mesh.refined.push_back(box);
   }
   bool extended = true;
   for (int c = 0; c < dim; ++c)
-    extended = extended && result.mesh.upper[c] > result.mesh.lower[c];
+    extended = extended && result.body.mesh.upper[c] > result.body.mesh.lower[c];
   if (mesh_file.empty() && !extended)
     reader.fail("Mesh", "Upper corner",
                 std::string("must be larger than the lower corner in ") + (dim == 2 ? "x and y" : "x, y and z"));
 
-  result.strain = choose<fem::Strain>(reader.text("Finite elements", "Strain"),
-                                      {{"finite", fem::Strain::finite}, {"small", fem::Strain::small}});
-  result.integration = choose<fem::Integration>(
+  result.body.strain = choose<fem::Strain>(reader.text("Finite elements", "Strain"),
+                                           {{"finite", fem::Strain::finite}, {"small", fem::Strain::small}});
+  result.body.integration = choose<fem::Integration>(
     reader.text("Finite elements", "Integration"),
     {{"full", fem::Integration::full}, {"selective", fem::Integration::selective}, {"one_point", fem::Integration::one_point}});
 
   for (const std::string &item : split(reader.text("Boundary", "Conditions"), ';'))
-    result.boundary_conditions.push_back(boundary_condition(reader, item, dim));
-  result.gravity = reader.point("Loads", "Gravity");
-  result.gravity_ramp = reader.number("Loads", "Gravity ramp");
-  result.initial_stress = initial_stress(reader, dim);
+    result.body.boundary_conditions.push_back(boundary_condition(reader, item, dim));
+  result.body.gravity = reader.point("Loads", "Gravity");
+  result.body.gravity_ramp = reader.number("Loads", "Gravity ramp");
+  result.body.initial_stress = initial_stress(reader, dim);
 
   result.packing.kind = reader.text("Packing", "Kind");
-  result.packing.mean_diameter = reader.number("Packing", "Mean diameter");
+  result.packing.mean_diameter = result.mean_diameter = reader.number("Packing", "Mean diameter");
+  result.body.surface_spacing = surface_spacing * result.mean_diameter;
   result.packing.radius_spread = reader.number("Packing", "Radius spread");
   result.packing.gap_tolerance = reader.number("Packing", "Gap tolerance");
   result.packing.seed = static_cast<unsigned>(reader.integer("Packing", "Seed"));
-  result.packing.lattice.row_axis = reader.text("Packing", "Rows along") == "y" ? 1 : 0;
-  if (const std::string plane = reader.text("Packing", "Plane at"); !plane.empty())
+  result.packing.lattice.row_axis = reader.text("Packing", "Lattice rows") == "y" ? 1 : 0;
+  if (const std::string plane = reader.text("Packing", "Lattice plane"); !plane.empty())
   {
     std::size_t used = 0;
     try
@@ -415,7 +451,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
     {
     }
     if (used != plane.size() || !std::isfinite(result.packing.lattice.plane_at))
-      reader.fail("Packing", "Plane at", "'" + plane + "' is no number, give x in m or nothing");
+      reader.fail("Packing", "Lattice plane", "'" + plane + "' is no number, give x in m or nothing");
   }
   std::string packing_file = reader.text("Packing", "File");
   if (packing_file.empty())
@@ -439,7 +475,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
 
   result.constraint.method = reader.text("Coupling", "Method");
   const double overlap_cells = reader.number("Coupling", "Overlap cells");
-  result.overlap.width = overlap_cells > 0. ? overlap_cells * result.mesh.cell_size
+  result.overlap.width = overlap_cells > 0. ? overlap_cells * result.body.mesh.cell_size
                                             : reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
   result.constraint.interface_damping = reader.number("Coupling", "Interface damping");
   result.bond.breaking_weight = reader.number("Coupling", "Breaking weight");

@@ -156,9 +156,9 @@ const std::vector<Parameter> &parameter_table()
     entry("Packing", "Radius spread", "0.4", between(0., 0.8), "-", "radii are uniform in (1 - s, 1 + s) d/2", ""),
     entry("Packing", "Gap tolerance", "0.1", between(0., 1.), "-", "pairs with a gap below this times d/2 are bonded",
           "Labra 2012"),
-    entry("Packing", "Rows along", "x", one_of("x|y"), "-",
+    entry("Packing", "Lattice rows", "x", one_of("x|y"), "-",
           "rows of touching particles of the triangular lattice; y: particles of a column have the same x", ""),
-    entry("Packing", "Plane at", "", text(), "m",
+    entry("Packing", "Lattice plane", "", text(), "m",
           "x of a plane of particles of a lattice, whose particles with lower <= x < upper of the box are taken; empty: the "
           "lattice is centred and stays inside of the box",
           ""),
@@ -185,7 +185,7 @@ const std::vector<Parameter> &parameter_table()
     entry("Calibration", "Transits", "40", positive(), "-",
           "duration of the loading up to the targets, in times a P wave takes through the specimen: slower is more static", ""),
 
-    entry("Coupling", "Method", "multipliers", one_of(names_of_constraint_methods()), "-",
+    entry("Coupling", "Method", "weak_multipliers", one_of(names_of_constraint_methods()), "-",
           "how overlap particles are tied to the finite-element field: the constant k_DF of Labra et al.; k_i = beta "
           "mu_i/dt^2; weak "
           "multipliers on the nodes, which leave particles their fluctuations; or lumped multipliers on the particles",
@@ -210,13 +210,15 @@ const std::vector<Parameter> &parameter_table()
           "bonds of less weight do not break: the finite elements carry most of what they stand for, and those are elastic",
           ""),
     entry("Coupling", "Fluctuation relaxation", "0.05", between(0., 0.5), "-",
-          "method multipliers: share of the particles' motion about the finite-element field that is taken out in a step", ""),
+          "method weak_multipliers: share of the particles' motion about the finite-element field that is taken out in a step",
+          ""),
 
     entry(
       "Adaptivity", "Criterion", "mohr_coulomb", one_of("maximum_principal|von_mises|mohr_coulomb|drucker_prager"), "-",
       "stress measure sigma of a cell; mohr_coulomb: sigma_1 - sigma_3 f_t/f_c; drucker_prager: the cone through f_t and f_c",
-      "seed, eq. (5)"),
-    entry("Adaptivity", "Sigma star", "4e6", positive(), "Pa", "a cell becomes particles when sigma > sigma*", "seed, eq. (5)"),
+      "Labra, Rojek & Onate, eq. (5)"),
+    entry("Adaptivity", "Sigma star", "4e6", positive(), "Pa", "a cell becomes particles when sigma > sigma*",
+          "Labra, Rojek & Onate, eq. (5)"),
     entry("Adaptivity", "Check interval", "20", whole_number(1, 1000000), "steps", "steps between two checks of sigma", ""),
     entry("Adaptivity", "Relaxation steps", "10", whole_number(0, 1000), "-",
           "steps that move new particles to rest among frozen neighbours before time goes on; 0: plain projection", ""),
@@ -266,6 +268,15 @@ const std::vector<Parameter> &parameter_table()
           "steps between rows of history.csv; forces in a row are means since the row before", ""),
     entry("Output", "Snapshots", "20", whole_number(1, 100000), "-", "number of fields written over the run", ""),
   };
+  return table;
+}
+
+const std::vector<Renamed> &renamed_parameters()
+{
+  static const std::vector<Renamed> table = {{"Coupling", "Method", "multipliers", "weak_multipliers"},
+                                             {"Coupling", "Method", "multipliers_diagonal", "lumped_multipliers"},
+                                             {"Packing", "Rows along", "", "Lattice rows"},
+                                             {"Packing", "Plane at", "", "Lattice plane"}};
   return table;
 }
 } // namespace kerf

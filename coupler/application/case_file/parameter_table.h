@@ -20,4 +20,14 @@ struct Parameter
 };
 
 const std::vector<Parameter> &parameter_table();
+
+/// A key, or a value of a key, that had another name in the version before. The old name is read with a notice.
+struct Renamed
+{
+  std::string section, key; ///< as it was
+  std::string value;        ///< as it was; empty: the key was renamed, all values are kept
+  std::string now;          ///< the key or the value
+};
+
+const std::vector<Renamed> &renamed_parameters();
 } // namespace kerf

@@ -25,7 +25,7 @@ std::vector<int> cells_on_the_way(const Case &settings, const fem::Mesh &mesh)
     for (int k = 0; k <= 200; ++k)
     {
       const Eigen::Vector3d centre = path.position(settings.end_time * k / 200.);
-      if (distance_to_cell(mesh, cell, centre) < settings.tool.radius + settings.mesh.cell_size)
+      if (distance_to_cell(mesh, cell, centre) < settings.tool.radius + settings.body.mesh.cell_size)
       {
         cells.push_back(cell);
         break;

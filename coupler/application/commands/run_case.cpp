@@ -214,7 +214,7 @@ private:
     turnover = std::max(turnover, energy.turnover());
     const double tolerance = problem->settings.energy_tolerance > 0. ? problem->settings.energy_tolerance : 1.;
     const Case &settings = problem->settings;
-    const double floor = 0.01 * 0.5 * std::pow(settings.activation.tensile_strength, 2) / settings.rock.young *
+    const double floor = 0.01 * 0.5 * std::pow(settings.activation.tensile_strength, 2) / settings.body.material.young *
                          std::pow(settings.packing.mean_diameter, settings.dim());
     if (std::isfinite(energy.residual()) && std::abs(energy.residual()) <= tolerance * turnover + floor)
     {

@@ -33,12 +33,12 @@ struct Map
   std::function<Point(const std::string &x, const std::string &y)> point;
 };
 
-const std::vector<std::string> methods = {"penalty", "penalty_mass_scaled", "multipliers", "multipliers_diagonal"};
+const std::vector<std::string> methods = {"penalty", "penalty_mass_scaled", "weak_multipliers", "lumped_multipliers"};
 
 /// Penalty ratios mean different things to different methods, so each has its own when methods are compared.
 std::vector<Override> method_overrides(const std::string &method)
 {
-  const std::string ratio = method == "penalty" ? "0.1" : method == "multipliers_diagonal" ? "0.02" : "0.25";
+  const std::string ratio = method == "penalty" ? "0.1" : method == "lumped_multipliers" ? "0.02" : "0.25";
   return {"Coupling/Method=" + method, "Coupling/Penalty ratio=" + ratio};
 }
 
@@ -102,7 +102,7 @@ std::vector<Map> make_maps(double diameter)
      {"0", "0.01", "0.02", "0.05", "0.1", "0.2", "0.5"},
      {"0.6", "0.7", "0.8", "0.9", "0.98"},
      [](const std::string &x, const std::string &y) {
-       return Point{joined(method_overrides("multipliers"), {"Coupling/Fluctuation relaxation=" + x}), std::stod(y)};
+       return Point{joined(method_overrides("weak_multipliers"), {"Coupling/Fluctuation relaxation=" + x}), std::stod(y)};
      }});
   maps.push_back({"local_damping",
                   "Bond/Local damping",
@@ -229,7 +229,7 @@ private:
     constexpr double grown = 1.05, taken = 0.05; // shares of the energy at the start
     CoupledModel model(problem.settings, Mode::fixed, *problem.fem, problem.packing, outcome.step, comm,
                        std::move(problem.constraint));
-    const double speed = point.speed * problem.settings.rock.speed_p();
+    const double speed = point.speed * problem.settings.body.material.speed_p();
     const int dim = problem.settings.dim(), n_nodes = problem.fem->mesh().n_nodes();
     Eigen::Matrix3Xd velocity = Eigen::Matrix3Xd::Zero(3, n_nodes);
     for (int i = 0; i < n_nodes; ++i)

@@ -11,13 +11,13 @@ namespace kerf
 {
 using Eigen::Vector3d;
 
-bool is_brazilian(const Case &settings)
+bool is_brazilian(const ModelSettings &settings)
 {
-  return settings.mesh.gmsh_file.empty() && settings.mesh.shape == fem::MeshShape::disc;
+  return settings.body.mesh.gmsh_file.empty() && settings.body.mesh.shape == fem::MeshShape::disc;
 }
 
-SpecimenGauge::SpecimenGauge(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
-  : dim(settings.dim()), packing(packing), comm(comm), body{mesh.nodes.rowwise().minCoeff(), mesh.nodes.rowwise().maxCoeff()}
+SpecimenGauge::SpecimenGauge(const ModelSettings &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
+  : dim(settings.body.dim), packing(packing), comm(comm), body{mesh.nodes.rowwise().minCoeff(), mesh.nodes.rowwise().maxCoeff()}
 {
   const Vector3d extent = body.upper - body.lower;
   const double thickness = dim == 3 ? extent[2] : 1.;
@@ -172,7 +172,7 @@ SpecimenResult SpecimenRecord::result(int dim) const
   return result;
 }
 
-std::string specimen_text(const Case &settings, const SpecimenResult &result)
+std::string specimen_text(const ModelSettings &settings, const SpecimenResult &result)
 {
   std::ostringstream text;
   text << std::setprecision(4);

@@ -25,7 +25,7 @@ struct SpecimenState
 class SpecimenGauge
 {
 public:
-  SpecimenGauge(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm);
+  SpecimenGauge(const ModelSettings &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm);
 
   /// @param force of the platens [N], positive in compression. Collective.
   SpecimenState read(CoupledModel &model, double force) const;
@@ -55,7 +55,7 @@ struct SpecimenResult
 };
 
 /// A disc across the platens' way is split (Brazilian test), any other body is compressed.
-bool is_brazilian(const Case &settings);
+bool is_brazilian(const ModelSettings &settings);
 
 /// The record of one test.
 class SpecimenRecord
@@ -71,5 +71,5 @@ private:
 };
 
 /// One line for a person.
-std::string specimen_text(const Case &settings, const SpecimenResult &result);
+std::string specimen_text(const ModelSettings &settings, const SpecimenResult &result);
 } // namespace kerf

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/setup/problem.h"
 
-#include "coupler/application/case_file/fem_settings.h"
 #include "coupler/application/setup/packing_domain.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
@@ -39,7 +38,7 @@ std::string mismatch(const dem::Packing &packing, const Case &settings, const Pa
     text << "has gap tolerance " << packing.gap_tolerance << ", Packing/Gap tolerance asks for "
          << settings.packing.gap_tolerance;
   else if (!(packing.lattice == settings.packing.lattice))
-    text << "holds a lattice that is turned or placed otherwise than Packing/Rows along and Packing/Plane at ask for";
+    text << "holds a lattice that is turned or placed otherwise than Packing/Lattice rows and Packing/Lattice plane ask for";
   else if (packing.kind == "random" && packing.seed != settings.packing.seed)
     text << "has seed " << packing.seed << ", Packing/Seed asks for " << settings.packing.seed;
   else
@@ -61,7 +60,7 @@ void check_overlap(const Case &settings, const fem::FemSide &fem)
   const Box box = mesh_box(fem.mesh());
   double extent = box.upper[0] - box.lower[0];
   for (int c = 1; c < settings.dim(); ++c)
-    if (!settings.mesh.periodic[c])
+    if (!settings.body.mesh.periodic[c])
       extent = std::min(extent, box.upper[c] - box.lower[c]);
   if (settings.overlap.width >= extent)
   {
@@ -103,7 +102,7 @@ dem::Packing no_packing(const Case &settings, const Box &body)
   packing.radii = Eigen::VectorXd::Constant(1, 0.5 * packing.mean_diameter);
   packing.volume_filled = packing.volume(0);
   packing.calibration.k_n =
-    packing.dim == 2 ? settings.rock.young / 0.83 : settings.rock.young * packing.mean_diameter / (2. * 0.43);
+    packing.dim == 2 ? settings.body.material.young / 0.83 : settings.body.material.young * packing.mean_diameter / (2. * 0.43);
   packing.calibration.k_t = 0.25 * packing.calibration.k_n;
   return packing;
 }
@@ -148,7 +147,9 @@ std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 {
   try
   {
-    return fem::make_fem_side(fem_settings(settings, comm));
+    fem::Settings body = settings.body;
+    body.comm = comm;
+    return fem::make_fem_side(body);
   }
   catch (const std::exception &error)
   {
@@ -170,42 +171,44 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
       throw InputError(case_path(settings) + ": " + section + ": " + error.what());
     }
   };
-  on_first_rank(comm,
-                [&]
-                {
-                  if (std::filesystem::exists(settings.packing_file))
-                    packing = dem::load_packing(settings.packing_file);
-                  else
-                  {
-                    dem::PackingSettings target = settings.packing;
-                    target.lower = space.box.lower;
-                    target.upper = space.box.upper;
-                    target.surface = space.surface;
-                    console.message("generating the packing " + settings.packing_file);
-                    packing = named("Packing",
-                                    [&] {
-                                      return dem::generate_packing(target, [&](double done, const std::string &text)
-                                                                   { console.progress(done, text); });
-                                    });
-                    console.finish_progress();
-                    dem::save_packing(packing, settings.packing_file);
-                  }
-                  const std::string wrong = mismatch(packing, settings, space);
-                  if (!wrong.empty())
-                    throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
+  on_first_rank(
+    comm,
+    [&]
+    {
+      if (std::filesystem::exists(settings.packing_file))
+        packing = dem::load_packing(settings.packing_file);
+      else
+      {
+        dem::PackingSettings target = settings.packing;
+        target.lower = space.box.lower;
+        target.upper = space.box.upper;
+        target.surface = space.surface;
+        console.message("generating the packing " + settings.packing_file);
+        packing = named("Packing",
+                        [&] {
+                          return dem::generate_packing(target, [&](double done, const std::string &text)
+                                                       { console.progress(done, text); });
+                        });
+        console.finish_progress();
+        dem::save_packing(packing, settings.packing_file);
+      }
+      const std::string wrong = mismatch(packing, settings, space);
+      if (!wrong.empty())
+        throw InputError(settings.packing_file + ": " + wrong + "; name another Packing/File or remove the file");
 
-                  const dem::ElasticCalibration &known = packing.calibration;
-                  if (settings.given_stiffness)
-                    return;
-                  if (std::abs(known.target_young - settings.rock.young) > 1e-9 * settings.rock.young ||
-                      std::abs(known.target_poisson - settings.rock.poisson) > 1e-12)
-                  {
-                    console.message("calibrating k_n, k_t: static solve of the bond network");
-                    packing.calibration = named(
-                      "Rock", [&] { return dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson); });
-                    dem::save_packing(packing, settings.packing_file);
-                  }
-                });
+      const dem::ElasticCalibration &known = packing.calibration;
+      if (settings.given_stiffness)
+        return;
+      if (std::abs(known.target_young - settings.body.material.young) > 1e-9 * settings.body.material.young ||
+          std::abs(known.target_poisson - settings.body.material.poisson) > 1e-12)
+      {
+        console.message("calibrating k_n, k_t: static solve of the bond network");
+        packing.calibration =
+          named("Rock",
+                [&] { return dem::calibrate_elastic(packing, settings.body.material.young, settings.body.material.poisson); });
+        dem::save_packing(packing, settings.packing_file);
+      }
+    });
   if (rank_of(comm) != 0)
     packing = dem::load_packing(settings.packing_file);
 }
@@ -240,6 +243,8 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
 {
   auto problem = std::make_unique<Problem>();
   problem->settings = settings;
+  for (const std::string &notice : settings.notices)
+    console.message(notice);
   problem->fem = build_fem(settings, comm);
   const Box body = mesh_box(problem->fem->mesh());
   problem->settings.tool.lower = body.lower[1];
@@ -247,7 +252,7 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
   if (mode == Mode::adaptive || mode == Mode::fixed)
   {
     check_overlap(settings, *problem->fem);
-    if (const double cells = settings.overlap.width / settings.mesh.cell_size; cells < 2. - 1e-9)
+    if (const double cells = settings.overlap.width / settings.body.mesh.cell_size; cells < 2. - 1e-9)
     {
       std::ostringstream text;
       text << "warning: Coupling/Overlap width is " << cells

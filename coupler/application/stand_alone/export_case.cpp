@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/stand_alone/export_case.h"
 
-#include "coupler/application/commands/commands.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
 
@@ -186,7 +185,7 @@ private:
       // LIGGGHTS asks for the velocity that takes the particles to the step's end: that of the half step.
       out << "# Driven particles: velocity reached over a half cosine wave; the step goes with the velocity at its middle\n"
           << "variable      t equal step*" << c.particles.time_step << "-" << 0.5 * c.particles.time_step << "\n";
-      for (std::size_t k = 0; k < c.settings.boundary_conditions.size(); ++k)
+      for (std::size_t k = 0; k < c.settings.body.boundary_conditions.size(); ++k)
         write_driver(out, static_cast<int>(k));
       out << "group         driven " << driven << "\n"
           << "group         moving subtract all driven\n\n";
@@ -200,7 +199,7 @@ private:
     const std::string list = types_with([&](const ParticleBoundary::Role &role) { return role.driver == condition; });
     if (list.empty())
       return;
-    const fem::BoundaryCondition &motion = c.settings.boundary_conditions[condition];
+    const fem::BoundaryCondition &motion = c.settings.body.boundary_conditions[condition];
     const std::string number = std::to_string(condition + 1);
     out << "variable      ramp_" << number << " equal ";
     if (motion.ramp > 0.)
@@ -268,8 +267,8 @@ int export_case(const RunOptions &options, MPI_Comm comm)
 
   const auto given_force = [](const fem::BoundaryCondition &condition)
   { return condition.kind == fem::BoundaryKind::traction || condition.kind == fem::BoundaryKind::in_situ; };
-  if (settings.gravity.norm() > 0. || settings.initial_stress.norm() > 0. ||
-      std::any_of(settings.boundary_conditions.begin(), settings.boundary_conditions.end(), given_force))
+  if (settings.body.gravity.norm() > 0. || settings.body.initial_stress.norm() > 0. ||
+      std::any_of(settings.body.boundary_conditions.begin(), settings.body.boundary_conditions.end(), given_force))
     throw InputError(settings.directory + "/case.prm: Loads and tractions cannot be exported, only cases without them");
 
   const std::unique_ptr<Problem> made = set_up_problem(settings, Mode::dem, console, comm);
@@ -282,9 +281,9 @@ int export_case(const RunOptions &options, MPI_Comm comm)
     throw InputError(directory + " cannot be made: " + problem.message());
   std::ofstream echo(directory + "/case.prm");
   write_used_parameters(options.case_directory, options.overrides, echo);
-  const ParticleBoundary boundary(scene.fem->mesh(), settings.rock, settings.boundary_conditions, scene.packing);
+  const ParticleBoundary boundary(scene.fem->mesh(), settings.body.material, settings.body.boundary_conditions, scene.packing);
   const Tool tool(scene.settings.tool, scene.packing.dim, scene.settings.bond.k_n, scene.packing.mean_diameter,
-                  settings.rock.density, comm);
+                  settings.body.material.density, comm);
   write_script({scene.settings, scene.packing, boundary, particle_settings(scene.settings, scene.packing, scene.dt, comm),
                 std::max<std::int64_t>(1, std::llround(std::ceil(settings.end_time / scene.dt - 1e-9))),
                 tool.present() ? "." : ""},

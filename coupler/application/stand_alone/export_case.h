@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/application/case_file/case_file.h"
+#include "coupler/application/run_options.h"
 #include "coupler/loading/boundary/particle_boundary.h"
 
 namespace kerf
@@ -21,4 +21,7 @@ constexpr const char *script_name = "in.kerf";
 
 /// Writes the script and particles.data into the existing directory @p directory. Paths in the script start there.
 void write_script(const ScriptContents &contents, const std::string &directory);
+
+/// kerf export: writes the case in mode dem as script and data file for kerf liggghts. Collective.
+int export_case(const RunOptions &options, MPI_Comm comm);
 } // namespace kerf

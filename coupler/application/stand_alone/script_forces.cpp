@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/stand_alone/script_forces.h"
 
-#include "coupler/application/commands/commands.h"
+#include "coupler/application/case_file/case_file.h"
 #include "coupler/base/errors.h"
 #include "coupler/loading/boundary/particle_boundary.h"
 #include "coupler/loading/tool/tool.h"

@@ -3,6 +3,8 @@
 
 #include "dem_side/script/stand_alone.h"
 
+#include <mpi.h>
+
 namespace kerf
 {
 /// What the scripts of kerf export need and LIGGGHTS has no command for, by the name of the fix:
@@ -13,4 +15,8 @@ namespace kerf
 ///                                        absorbing boundary: -a (P v_n + S v_t) on each particle, P, S in Pa s/m, a = A times
 ///                                        its section: the diameter in 2D, the circle in 3D
 const std::map<std::string, dem::ScriptForceMaker> &script_forces();
+
+/// kerf liggghts: a LIGGGHTS input script with the rock bond and the forces of kerf export. @param argv arguments of LIGGGHTS
+/// after the name of the program. Collective.
+int run_liggghts(int argc, char **argv, MPI_Comm comm);
 } // namespace kerf

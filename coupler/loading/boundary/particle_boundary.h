@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/base/tied_particle.h"
 #include "coupler/energy/particle_work.h"
-#include "coupler/method/overlap/overlap.h"
 #include "dem_side/dem_side.h"
 #include "fem_side/fem_side.h"
 

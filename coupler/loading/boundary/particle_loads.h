@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/application/case_file/case_file.h"
+#include "dem_side/dem_side.h"
+#include "fem_side/fem_side.h"
+
 #include "coupler/energy/particle_work.h"
 
 namespace kerf
@@ -11,7 +13,7 @@ namespace kerf
 class ParticleLoads
 {
 public:
-  ParticleLoads(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing);
+  ParticleLoads(const fem::Settings &body, const fem::Mesh &mesh, const dem::Packing &packing);
 
   /// Adds the forces at @p time [s] to the particles of this rank, weighted as they are. Their work goes to @p work; call its
   /// begin() before.

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/activation/relaxation.h"
 
-#include "coupler/method/stability/stable_step.h"
-
 #include <Eigen/Geometry>
 #include <unordered_set>
 
 namespace kerf
 {
-void relax(const Case &settings, const dem::Packing &packing, const std::vector<int> &moving,
-           const Accelerations &accelerations, dem::DemSide &dem_side, const std::function<void()> &compute_forces,
-           const std::function<Eigen::VectorXd()> &springs)
+void relax(const dem::BondParameters &bond, double density, int iterations, const dem::Packing &packing,
+           const std::vector<int> &moving, const Accelerations &accelerations, dem::DemSide &dem_side,
+           const std::function<void()> &compute_forces, const std::function<Eigen::VectorXd()> &springs)
 {
   constexpr double step = 0.9, memory = 0.55;
   struct Mover // of this rank
@@ -31,9 +29,9 @@ void relax(const Case &settings, const dem::Packing &packing, const std::vector<
                           target == accelerations.end() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : target->second});
       }
   }
-  const double density = particle_density(settings, packing), k_n = settings.bond.k_n, k_t = settings.bond.k_t;
+  const double k_n = bond.k_n, k_t = bond.k_t;
 
-  for (int iteration = 0; iteration < settings.activation.relaxation_steps; ++iteration)
+  for (int iteration = 0; iteration < iterations; ++iteration)
   {
     dem::Particles particles = dem_side.particles();
     const Eigen::VectorXd spring = springs();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/application/case_file/case_file.h"
+#include "coupler/method/activation/activation_settings.h"
 
 #include <Eigen/Core>
 

@@ -2,9 +2,10 @@
 #pragma once
 
 #include "coupler/energy/interface_work.h"
+#include "coupler/method/constraint/constraint.h"
+#include "coupler/method/constraint/constraint_model.h"
 #include "coupler/method/constraint/exchange/couple_on_nodes.h"
 #include "coupler/method/constraint/exchange/force_history.h"
-#include "coupler/method/constraint/make_constraint.h"
 
 namespace kerf
 {

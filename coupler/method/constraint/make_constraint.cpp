@@ -16,8 +16,8 @@ std::vector<ConstraintMethod> &methods()
 {
   static std::vector<ConstraintMethod> list = {{"penalty", make_penalty, true},
                                                {"penalty_mass_scaled", make_mass_scaled_penalty, true},
-                                               {"multipliers", make_weak_multipliers},
-                                               {"multipliers_diagonal", make_lumped_multipliers}};
+                                               {"weak_multipliers", make_weak_multipliers},
+                                               {"lumped_multipliers", make_lumped_multipliers}};
   return list;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "coupler/method/constraint/constraint.h"
+#include "coupler/method/constraint/constraint_model.h"
 
 #include <functional>
 #include <memory>
@@ -10,17 +11,6 @@
 
 namespace kerf
 {
-/// What a constraint is made from.
-struct ConstraintModel
-{
-  ConstraintSettings settings;
-  OverlapSettings overlap;
-  double k_n = 0., k_t = 0.;             ///< of the bonds [N/m], 2D per metre
-  double mean_diameter = 0.;             ///< d of the particles [m]
-  const dem::Packing *packing = nullptr; ///< outlives the constraint
-  MPI_Comm comm = MPI_COMM_WORLD;
-};
-
 /// A value of Coupling/Method.
 struct ConstraintMethod
 {

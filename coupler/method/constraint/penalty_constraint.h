@@ -2,10 +2,11 @@
 #pragma once
 
 #include "coupler/energy/interface_work.h"
+#include "coupler/method/constraint/constraint.h"
+#include "coupler/method/constraint/constraint_model.h"
 #include "coupler/method/constraint/corrector/corrected_springs.h"
 #include "coupler/method/constraint/exchange/cell_batches.h"
 #include "coupler/method/constraint/exchange/particle_interpolation.h"
-#include "coupler/method/constraint/make_constraint.h"
 
 namespace kerf
 {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/application/case_file/case_file.h"
 #include "coupler/base/tied_particle.h"
+#include "coupler/method/overlap/overlap_settings.h"
 #include "coupler/method/overlap/region_distance.h"
 #include "dem_side/packing/stored_bonds.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/application/case_file/case_file.h"
+#include "coupler/method/overlap/overlap_settings.h"
 
 #include <algorithm>
 

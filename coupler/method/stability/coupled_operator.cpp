@@ -31,10 +31,10 @@ Box part_around(const fem::Mesh &mesh, const std::vector<int> &cells, double rea
   return box;
 }
 
-double reach_of_overlap(const Case &settings, const Constraint &constraint)
+double reach_of_overlap(const ModelSettings &settings, const Constraint &constraint)
 {
   const double cells = constraint.cells_around();
-  return settings.overlap.width + cells * settings.mesh.cell_size + 2. * settings.packing.mean_diameter;
+  return settings.overlap.width + cells * settings.body.mesh.cell_size + 2. * settings.mean_diameter;
 }
 
 CoupledOperator::CoupledOperator(const dem::NetworkOperator::Material &bonds, Constraint &constraint, const fem::FemSide &fem,

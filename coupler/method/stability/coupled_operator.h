@@ -2,6 +2,7 @@
 #pragma once
 
 #include "coupler/method/constraint/constraint.h"
+#include "coupler/method/model_settings.h"
 #include "coupler/method/overlap/overlap.h"
 #include "coupler/method/stability/lanczos.h"
 #include "dem_side/bond_network/network_operator.h"
@@ -80,5 +81,5 @@ private:
 /// @param reach around the cells [m]
 Box part_around(const fem::Mesh &mesh, const std::vector<int> &cells, double reach);
 /// The reach of an overlap and of its constraint [m].
-double reach_of_overlap(const Case &settings, const Constraint &constraint);
+double reach_of_overlap(const ModelSettings &settings, const Constraint &constraint);
 } // namespace kerf

@@ -12,7 +12,7 @@ namespace kerf
 class StabilityMonitor
 {
 public:
-  StabilityMonitor(const Case &settings, const dem::Packing &packing, MPI_Comm comm)
+  StabilityMonitor(const ModelSettings &settings, const dem::Packing &packing, MPI_Comm comm)
     : settings(settings), packing(packing), comm(comm)
   {
   }
@@ -21,7 +21,7 @@ public:
              const std::vector<char> &active, const std::vector<int> &cells, double dt, Constraint &constraint);
 
 private:
-  const Case &settings;
+  const ModelSettings &settings;
   const dem::Packing &packing;
   MPI_Comm comm;
   std::unique_ptr<CoupledOperator> last;

@@ -5,7 +5,6 @@
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/loading/boundary/particle_boundary.h"
 #include "coupler/loading/tool/tool.h"
-#include "coupler/method/activation/activation_rule.h"
 #include "dem_side/bond_network/bond_network.h"
 
 #include <algorithm>
@@ -26,7 +25,7 @@ double with_spring(double step, double omega2)
 /// Share of the stable step that contact damping leaves. Damping is a fraction xi of critical for a pair; the highest mode of
 /// the pack sees it through more contacts, xi_max = xi omega_max sqrt(m/(2 k_n)). Limit with damping: (2/omega) (sqrt(1 + xi^2)
 /// - xi).
-double left_by_damping(const Case &settings, double omega, double mean_mass)
+double left_by_damping(const ModelSettings &settings, double omega, double mean_mass)
 {
   const double xi = settings.bond.damping * omega * std::sqrt(mean_mass / (2. * settings.bond.k_n));
   return std::sqrt(1. + xi * xi) - xi;
@@ -34,12 +33,12 @@ double left_by_damping(const Case &settings, double omega, double mean_mass)
 
 /// Stable step when the tool's spring touches the mesh: 2 k_s/(rho h) of a surface node (area a, lumped mass rho a h/2),
 /// whatever the cell's shape.
-double with_tool_on_surface(const double step, const Case &settings, const fem::Mesh &mesh)
+double with_tool_on_surface(const double step, const ModelSettings &settings, const fem::Mesh &mesh)
 {
   if (!settings.tool.present())
     return step;
-  const double k = surface_stiffness(settings.tool, mesh.dim, settings.bond.k_n, settings.packing.mean_diameter);
-  return with_spring(step, 2. * k / (settings.rock.density * smallest_edge(mesh)));
+  const double k = surface_stiffness(settings.tool, mesh.dim, settings.bond.k_n, settings.mean_diameter);
+  return with_spring(step, 2. * k / (settings.body.material.density * smallest_edge(mesh)));
 }
 
 std::vector<char> particles_of(const Overlap &overlap, int n)
@@ -51,13 +50,13 @@ std::vector<char> particles_of(const Overlap &overlap, int n)
 }
 
 /// Stable step of the model with these cells converted; zero if there is none.
-double limit_of_overlap_around(const std::vector<int> &cells, const Case &settings, fem::FemSide &fem,
+double limit_of_overlap_around(const std::vector<int> &cells, const ModelSettings &settings, fem::FemSide &fem,
                                const dem::Packing &packing, Constraint &constraint, double guess, MPI_Comm comm)
 {
   Overlap overlap(fem.mesh(), fem.quadrature_points(), packing, settings.overlap.weight_function, settings.overlap.width);
   overlap.convert(cells);
   fem.set_weights(overlap.fe_weights());
-  const ParticleBoundary boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing);
+  const ParticleBoundary boundary(fem.mesh(), settings.body.material, settings.body.boundary_conditions, packing);
   CoupledOperator model(bond_material(settings, packing), constraint, fem, packing, overlap,
                         boundary.movable(overlap.tied_particles()), particles_of(overlap, packing.size()),
                         part_around(fem.mesh(), cells, reach_of_overlap(settings, constraint)), comm);
@@ -89,14 +88,14 @@ double smallest_edge(const fem::Mesh &mesh)
   return smallest;
 }
 
-dem::NetworkOperator::Material bond_material(const Case &settings, const dem::Packing &packing)
+dem::NetworkOperator::Material bond_material(const ModelSettings &settings, const dem::Packing &packing)
 {
   return {settings.bond.k_n, settings.bond.k_t, particle_density(settings, packing)};
 }
 
-double particle_density(const Case &settings, const dem::Packing &packing)
+double particle_density(const ModelSettings &settings, const dem::Packing &packing)
 {
-  return settings.rock.density / packing.solid_fraction();
+  return settings.body.material.density / packing.solid_fraction();
 }
 
 double particle_frequency(const dem::Packing &packing, double k_n, double k_t, double density)
@@ -110,7 +109,7 @@ double particle_frequency(const dem::Packing &packing, double k_n, double k_t, d
 
 namespace
 {
-StableSteps elastic_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing,
+StableSteps elastic_steps(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing,
                           Constraint &constraint, MPI_Comm comm)
 {
   StableSteps steps;
@@ -177,13 +176,13 @@ StableSteps elastic_steps(const Case &settings, Mode mode, fem::FemSide &fem, co
 
 /// Local damping takes a share of the force against the velocity. A motion that turns back in every step moves against its
 /// springs: there it adds that share to their stiffness, and to omega^2.
-double stiffened_by_damping(const Case &settings)
+double stiffened_by_damping(const ModelSettings &settings)
 {
   return 1. + settings.local_damping;
 }
 } // namespace
 
-StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing,
+StableSteps stable_steps(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing,
                          Constraint &constraint, MPI_Comm comm)
 {
   StableSteps steps = elastic_steps(settings, mode, fem, packing, constraint, comm);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/application/case_file/case_file.h"
+#include "coupler/method/model_settings.h"
 #include "coupler/method/overlap/overlap.h"
 #include "coupler/method/stability/coupled_operator.h"
 
@@ -25,17 +25,17 @@ struct StableSteps
 /// sides' limit by a bound, omega^2 dt^2 + beta <= 4; with constant springs, which know no masses, an overlap in the middle of
 /// the mesh is solved, too. The operator of the real overlap is watched after each activation (see StabilityMonitor). Leaves
 /// the weights of @p fem at one. When no step is stable, the refusal says why. Collective.
-StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing,
+StableSteps stable_steps(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing,
                          Constraint &constraint, MPI_Comm comm);
 
 /// Bonds and density of the particles, for the operator of their network.
-dem::NetworkOperator::Material bond_material(const Case &settings, const dem::Packing &packing);
+dem::NetworkOperator::Material bond_material(const ModelSettings &settings, const dem::Packing &packing);
 
 /// Shortest edge of all cells [m].
 double smallest_edge(const fem::Mesh &mesh);
 
 /// Density of the particles, rock density / solid fraction [kg/m^3].
-double particle_density(const Case &settings, const dem::Packing &packing);
+double particle_density(const ModelSettings &settings, const dem::Packing &packing);
 
 /// Largest angular frequency of the particles, whole or broken [rad/s]. Broken rock has the stiffness of a bond in each contact
 /// that sticks, and where it is pressed together particles have contacts they had no bonds for. So the network of all pairs

@@ -43,7 +43,7 @@ double largest_kinetic(Body &body, int steps)
 /// Of a strip under uniaxial strain eps, for the length [J].
 double tension_energy(const StripCase &strip, double eps, double length)
 {
-  return 0.5 * (strip.settings.rock.lame_lambda() + 2. * strip.settings.rock.lame_mu()) * eps * eps * length *
+  return 0.5 * (strip.settings.body.material.lame_lambda() + 2. * strip.settings.body.material.lame_mu()) * eps * eps * length *
          strip.strip.height();
 }
 
@@ -54,7 +54,7 @@ StripCase strip_of(bool random)
   shape.fem = 8;
   shape.high = random ? 5 : 2;
   StripCase strip(shape);
-  strip.settings.constraint.method = "multipliers";
+  strip.settings.constraint.method = "weak_multipliers";
   return strip;
 }
 } // namespace
@@ -89,8 +89,8 @@ TEST(Changes, UniformLatticeGoesBackAndForth)
   {
     const ActivationEvent &event = body.model.events()[k];
     EXPECT_EQ(event.after.bonds - event.before.bonds, event.bonds_stored);
-    EXPECT_NEAR(event.stress, eps * strip.settings.rock.young, 0.2 * eps * strip.settings.rock.young);
-    EXPECT_LT(event.stress_jump, 1e-10 * strip.settings.rock.young);
+    EXPECT_NEAR(event.stress, eps * strip.settings.body.material.young, 0.2 * eps * strip.settings.body.material.young);
+    EXPECT_LT(event.stress_jump, 1e-10 * strip.settings.body.material.young);
   }
   EXPECT_EQ(body.model.events()[1].particles, -body.model.events()[2].particles);
   EXPECT_LT(std::abs(body.model.energies().conversion), 1e-4 * layer);
@@ -179,7 +179,7 @@ TEST(Changes, ActivationThroughPassingWave)
       shape.region = 30;
       shape.fem = 60;
       StripCase result(shape);
-      result.settings.constraint.method = "multipliers";
+      result.settings.constraint.method = "weak_multipliers";
       result.settings.activation.relaxation_steps = 15;
       return result;
     }();
@@ -191,7 +191,7 @@ TEST(Changes, ActivationThroughPassingWave)
     test::put_on_nodes(body, test::PlanePacket(centre, wave, -1, 1e-6 * Strip::d, at), direction);
     body.model.start();
     const double before = body.model.energies().held();
-    const double speed = direction == 0 ? strip.settings.rock.speed_p() : strip.settings.rock.speed_s();
+    const double speed = direction == 0 ? strip.settings.body.material.speed_p() : strip.settings.body.material.speed_s();
     body.model.advance(static_cast<int>((centre - front - strip.strip.overlap_width()) / (speed * body.dt)));
     body.model.activate(columns_at_front(body, strip.strip, 2, false));
     body.model.advance(300);
@@ -209,29 +209,30 @@ TEST(Changes, ActivationBelowConcentratedLoad)
 {
   constexpr double d = 1e-3, h = 4e-3, load = 1e5;
   Case settings = test::lattice_rock(d);
-  settings.mesh.upper = Vector3d(18. * h, 12. * h, 0.);
-  settings.mesh.cell_size = h;
+  settings.body.mesh.upper = Vector3d(18. * h, 12. * h, 0.);
+  settings.body.mesh.cell_size = h;
   settings.packing.kind = "random";
   settings.packing.radius_spread = 0.4;
   settings.packing.seed = 1;
-  settings.packing.upper = settings.mesh.upper;
+  settings.packing.upper = settings.body.mesh.upper;
   settings.overlap.width = 2. * h;
   settings.constraint.fluctuation_relaxation = 0.05;
-  settings.constraint.method = "multipliers";
+  settings.constraint.method = "weak_multipliers";
   for (int id = 0; id < 3; ++id)
   {
     fem::BoundaryCondition fixed;
     fixed.id = id;
     fixed.kind = fem::BoundaryKind::fixed;
-    settings.boundary_conditions.push_back(fixed);
+    settings.body.boundary_conditions.push_back(fixed);
   }
   fem::BoundaryCondition pressed;
   pressed.where = "y > 0.04799 && abs(x - 0.036) < 0.004";
   pressed.kind = fem::BoundaryKind::traction;
   pressed.traction = Vector3d(0., -load, 0.);
-  settings.boundary_conditions.push_back(pressed);
+  settings.body.boundary_conditions.push_back(pressed);
   const dem::Packing packing = dem::generate_packing(settings.packing);
-  const dem::ElasticCalibration bonds = dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson);
+  const dem::ElasticCalibration bonds =
+    dem::calibrate_elastic(packing, settings.body.material.young, settings.body.material.poisson);
   settings.bond.k_n = bonds.k_n;
   settings.bond.k_t = bonds.k_t;
 

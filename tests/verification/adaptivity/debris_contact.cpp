@@ -22,9 +22,9 @@ public:
   Block()
   {
     Case settings = test::lattice_rock(d);
-    settings.mesh.upper = Vector3d(32. * d, top, 0.);
-    settings.mesh.cell_size = 4. * d;
-    settings.packing.upper = settings.mesh.upper;
+    settings.body.mesh.upper = Vector3d(32. * d, top, 0.);
+    settings.body.mesh.cell_size = 4. * d;
+    settings.packing.upper = settings.body.mesh.upper;
     settings.overlap.width = 8. * d;
     settings.fixed_region = {{Vector3d(-d, -d, -1.), Vector3d(8. * d, 13. * d, 1.)}};
     dem::Packing packing = dem::generate_packing(settings.packing);

@@ -34,7 +34,7 @@ StripCase strip_with(std::string method, double penalty_ratio, bool random, int 
 // the strain, 1e-6, differ by; their stress jump squared is the kinetic energy.
 TEST(Front, UniformLatticeChangesModelsWithoutNoise)
 {
-  StripCase strip = strip_with("multipliers", 0., false);
+  StripCase strip = strip_with("weak_multipliers", 0., false);
   test::hold_ends(strip.settings);
   Body body(strip.settings, strip.packing, Mode::fixed);
   body.set_state([](const Vector3d &x) { return Vector3d(1e-6 * x[0], 0., 0.); },
@@ -53,7 +53,7 @@ TEST(Front, RandomPackingChangesModelsQuietly)
 {
   for (const Direction direction : {Direction::tension, Direction::shear})
   {
-    const FrontChange change = test::move_random_front(strip_with("multipliers", 0., true), direction, 2, 1e-5);
+    const FrontChange change = test::move_random_front(strip_with("weak_multipliers", 0., true), direction, 2, 1e-5);
     std::cout << "[ front    ] conversion " << 100. * change.conversion << " %, kinetic " << 100. * change.kinetic
               << " %, into the particle region " << 100. * change.noise << " %" << std::endl;
     EXPECT_LT(change.kinetic, 0.02);
@@ -119,7 +119,7 @@ TEST(Rule, EventTakesTheFrontAlong)
   strip.settings.activation.criterion = Criterion::maximum_principal;
   const double h = strip.strip.cell_length(), front = strip.strip.region_end(), growth = 1e-4 / h;
   // Columns of cells at the front with mean strains of 1.5 and 0.5 growth h, none beyond. In plane strain, uniaxial.
-  const double unit = growth * h * strip.settings.rock.density * std::pow(strip.settings.rock.speed_p(), 2);
+  const double unit = growth * h * strip.settings.body.material.density * std::pow(strip.settings.body.material.speed_p(), 2);
   const auto displacement = [&](const Vector3d &x)
   {
     const double s = std::clamp(x[0] - front, 0., 2. * h);

@@ -26,14 +26,14 @@ Case strip_of(int dim, const std::string &kind, int region, int overlap, int fem
 {
   Case settings = test::lattice_rock(d);
   const double edge = kind == "fcc" ? 3. * std::sqrt(2.) * d : 4. * d;
-  settings.mesh.upper = edge * Vector3d(region + overlap + fem, high, dim == 3 ? high : 0.);
-  settings.mesh.cell_size = edge;
-  settings.mesh.periodic = {{false, true, dim == 3}};
-  settings.packing.dim = dim;
+  settings.body.mesh.upper = edge * Vector3d(region + overlap + fem, high, dim == 3 ? high : 0.);
+  settings.body.mesh.cell_size = edge;
+  settings.body.mesh.periodic = {{false, true, dim == 3}};
+  settings.packing.dim = settings.body.dim = dim;
   settings.packing.kind = kind;
   settings.packing.radius_spread = kind == "random" ? 0.4 : 0.;
-  settings.packing.upper = settings.mesh.upper;
-  settings.packing.periodic = settings.mesh.periodic;
+  settings.packing.upper = settings.body.mesh.upper;
+  settings.packing.periodic = settings.body.mesh.periodic;
   settings.overlap.width = overlap * edge;
   settings.fixed_region.push_back({Vector3d(0., -1., -1.), Vector3d(region * edge, 1., 1.)});
   settings.constraint.penalty_ratio = 0.5;
@@ -99,7 +99,7 @@ struct Springs
   Matrix3Xd noise(const Matrix3Xd &points, double amplitude) const
   {
     const Vector3d wave =
-      2. * M_PI * settings.mesh.upper.cwiseInverse().unaryExpr([](double k) { return std::isfinite(k) ? k : 0.; });
+      2. * M_PI * settings.body.mesh.upper.cwiseInverse().unaryExpr([](double k) { return std::isfinite(k) ? k : 0.; });
     Matrix3Xd result(3, points.cols());
     for (int k = 0; k < points.cols(); ++k)
     {
@@ -150,7 +150,7 @@ struct TurnedBlock : Springs
   }
   static Case with_sides(Case settings)
   {
-    settings.mesh.periodic = settings.packing.periodic = {{false, false, false}};
+    settings.body.mesh.periodic = settings.packing.periodic = {{false, false, false}};
     return settings;
   }
 
@@ -210,7 +210,7 @@ TEST_P(Corrected, FollowsTheMasses)
   springs.at(x, u);
   const Eigen::VectorXd before = springs.stiffness();
   Vector3d &front = springs.settings.fixed_region[0].upper;
-  front[0] += springs.settings.mesh.cell_size;
+  front[0] += springs.settings.body.mesh.cell_size;
   springs.overlap.convert(cells_inside(springs.fem->mesh(), springs.settings.fixed_region));
   springs.fem->set_weights(springs.overlap.fe_weights());
   springs.constraint->set_particles(springs.overlap.tied_particles());
@@ -264,7 +264,7 @@ TEST_P(Corrected, ForcesAreTheGradientOfTheEnergy)
   for (int a = 0; a < block.u.cols(); ++a)
     moment += Vector3d(block.fem->mesh().nodes.col(a) + block.u.col(a)).cross(Vector3d(here.nodes.col(a)));
   EXPECT_LT(force.norm(), 1e-12 * here.particles.norm());
-  EXPECT_LT(moment.norm(), 1e-12 * here.particles.norm() * block.settings.mesh.upper[0]);
+  EXPECT_LT(moment.norm(), 1e-12 * here.particles.norm() * block.settings.body.mesh.upper[0]);
 }
 
 // The fluctuations of a packing: means around nodes vanish, and what bonds do against any of them is nothing.
@@ -320,8 +320,8 @@ TEST(CorrectedLattice, IsNotCorrected)
   settings.packing.lattice = {0, 0.};
   dem::Packing packing = dem::generate_packing(settings.packing);
   // Joined at its ends, where the lattice would fluctuate.
-  settings.mesh.periodic = {{true, true, true}};
-  packing.periodic = settings.mesh.upper;
+  settings.body.mesh.periodic = {{true, true, true}};
+  packing.periodic = settings.body.mesh.upper;
   dem::bond_by_gap(packing, packing.gap_tolerance);
   Springs corrected(settings, packing);
   settings.constraint.corrector = false;
@@ -345,7 +345,8 @@ TEST(CorrectedPatch, KeepsTheModulusInSpace)
   constexpr double duration = 0.9e-4; // ten passages of a P wave
   Case settings = strip_of(3, "random", 4, 3, 1, 2);
   const dem::Packing packing = dem::generate_packing(settings.packing);
-  const dem::ElasticCalibration bonds = dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson);
+  const dem::ElasticCalibration bonds =
+    dem::calibrate_elastic(packing, settings.body.material.young, settings.body.material.poisson);
   settings.bond.k_n = bonds.k_n;
   settings.bond.k_t = bonds.k_t;
   settings.activation.relaxation_steps = 15;

@@ -26,9 +26,9 @@ fem::BoundaryCondition condition(int id, fem::BoundaryKind kind)
 Case lattice_case()
 {
   Case settings = test::lattice_rock(d);
-  settings.mesh.upper = Vector3d(64. * d, 32. * d, 0.);
-  settings.mesh.cell_size = 4. * d;
-  settings.packing.upper = settings.mesh.upper;
+  settings.body.mesh.upper = Vector3d(64. * d, 32. * d, 0.);
+  settings.body.mesh.cell_size = 4. * d;
+  settings.packing.upper = settings.body.mesh.upper;
   settings.overlap.width = 12. * d;
   settings.activation.relaxation_steps = 30;
   settings.fixed_region.push_back({Vector3d(24. * d, -d, -1.), Vector3d(40. * d, 33. * d, 1.)});
@@ -54,7 +54,8 @@ TEST(TributaryAreas, AddUpToTheFaces)
   settings.packing.kind = "random";
   settings.packing.radius_spread = 0.3;
   const dem::Packing packing = dem::generate_packing(settings.packing);
-  const auto fem = fem::make_fem_side(fem_settings(settings, MPI_COMM_SELF));
+  settings.body.comm = MPI_COMM_SELF;
+  const auto fem = fem::make_fem_side(settings.body);
   const Vector3d normals[4] = {-Vector3d::UnitX(), Vector3d::UnitX(), -Vector3d::UnitY(), Vector3d::UnitY()};
   for (int id = 0; id < 4; ++id)
   {
@@ -68,7 +69,7 @@ TEST(TributaryAreas, AddUpToTheFaces)
       area += share.area;
       EXPECT_LT((share.normal - normals[id]).norm(), 1e-12);
       const Vector3d x = packing.positions.col(share.particle);
-      const double gap = std::abs(x[id / 2] - (id % 2 ? settings.mesh.upper[id / 2] : 0.)) - packing.radii[share.particle];
+      const double gap = std::abs(x[id / 2] - (id % 2 ? settings.body.mesh.upper[id / 2] : 0.)) - packing.radii[share.particle];
       EXPECT_LT(gap, 0.25 * d);
     }
     EXPECT_NEAR(area, (id < 2 ? 32. : 64.) * d, 1e-12 * d);
@@ -80,14 +81,14 @@ TEST(TributaryAreas, AddUpToTheFaces)
 TEST(CoupledLoads, FreeFall)
 {
   Case settings = lattice_case();
-  settings.gravity = Vector3d(2e4, -9.81e4, 0.);
+  settings.body.gravity = Vector3d(2e4, -9.81e4, 0.);
   settings.activation.relaxation_steps = 0; // it would look for rest under the weight
   for (const Mode mode : {Mode::fixed, Mode::dem})
   {
     Body body(settings, mode);
     body.model.advance(300);
     const dem::Particles particles = body.model.dem().particles();
-    const Vector3d speed = settings.gravity * body.model.time();
+    const Vector3d speed = settings.body.gravity * body.model.time();
     double worst = 0.;
     for (int i = 0; i < particles.n; ++i)
       worst = std::max(worst, (Vector3d(particles.velocity.col(i)) - speed).norm());
@@ -105,16 +106,16 @@ TEST(CoupledLoads, FreeFall)
 TEST(CoupledLoads, InitialStressStays)
 {
   Case settings = lattice_case();
-  settings.initial_stress.diagonal() << -20e6, -30e6, 0.;
-  settings.boundary_conditions = {condition(0, fem::BoundaryKind::absorbing), condition(1, fem::BoundaryKind::in_situ),
-                                  condition(2, fem::BoundaryKind::roller), condition(3, fem::BoundaryKind::in_situ)};
+  settings.body.initial_stress.diagonal() << -20e6, -30e6, 0.;
+  settings.body.boundary_conditions = {condition(0, fem::BoundaryKind::absorbing), condition(1, fem::BoundaryKind::in_situ),
+                                       condition(2, fem::BoundaryKind::roller), condition(3, fem::BoundaryKind::in_situ)};
   for (const Mode mode : {Mode::fixed, Mode::dem, Mode::fem})
   {
     Body body(settings, mode);
     const double elastic = body.model.energies().elastic;
     EXPECT_GT(elastic, 0.);
-    const Eigen::Matrix3d gradient = fem::initial_state(fem_settings(settings, MPI_COMM_SELF)).gradient;
-    const double height = 32. * d, transit = height / settings.rock.speed_p();
+    const Eigen::Matrix3d gradient = fem::initial_state(settings.body).gradient;
+    const double height = 32. * d, transit = height / settings.body.material.speed_p();
     body.model.advance(static_cast<int>(3. * transit / body.dt));
     EXPECT_LT(body.model.energies().kinetic, 2e-3 * elastic) << static_cast<int>(mode);
     EXPECT_NEAR(body.model.energies().elastic, elastic, 0.05 * elastic) << static_cast<int>(mode);
@@ -124,7 +125,7 @@ TEST(CoupledLoads, InitialStressStays)
     const dem::Particles particles = body.model.dem().particles();
     for (int i = 0; i < particles.n; ++i)
     {
-      const Vector3d x = body.packing.positions.col(particles.index[i]) - 0.5 * settings.mesh.upper;
+      const Vector3d x = body.packing.positions.col(particles.index[i]) - 0.5 * settings.body.mesh.upper;
       const Vector3d u = Vector3d(particles.position.col(i)) - Vector3d(body.packing.positions.col(particles.index[i]));
       if (std::abs(x[0]) > 8. * d || std::abs(x[1]) > 8. * d)
         continue;
@@ -151,11 +152,11 @@ TEST(CoupledLoads, TractionStrainsParticles)
   {
     fem::BoundaryCondition pull = condition(id, fem::BoundaryKind::traction);
     pull.traction = Vector3d(id == 0 ? -p : p, 0., 0.);
-    pull.ramp = 4. * 64. * d / settings.rock.speed_p();
-    settings.boundary_conditions.push_back(pull);
+    pull.ramp = 4. * 64. * d / settings.body.material.speed_p();
+    settings.body.boundary_conditions.push_back(pull);
   }
   Body body(settings, Mode::dem);
-  body.model.advance(static_cast<int>(2.5 * settings.boundary_conditions[0].ramp / body.dt));
+  body.model.advance(static_cast<int>(2.5 * settings.body.boundary_conditions[0].ramp / body.dt));
   double sums[2] = {0., 0.};
   const dem::Particles particles = body.model.dem().particles();
   for (int i = 0; i < particles.n; ++i)
@@ -167,6 +168,6 @@ TEST(CoupledLoads, TractionStrainsParticles)
     sums[1] += x * (particles.position(0, i) - 32. * d);
   }
   const double strain = sum_over_ranks(sums[1]) / sum_over_ranks(sums[0]) - 1.;
-  const double exact = p * (1. - 0.04) / settings.rock.young;
+  const double exact = p * (1. - 0.04) / settings.body.material.young;
   EXPECT_NEAR(strain, exact, 0.04 * exact);
 }

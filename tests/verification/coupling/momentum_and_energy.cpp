@@ -20,18 +20,18 @@ constexpr double d = 1e-3; // particle spacing [m]
 Case make_case(fem::BoundaryKind boundary)
 {
   Case settings = test::lattice_rock(d);
-  settings.mesh.lower = Vector3d::Zero();
-  settings.mesh.upper = Vector3d(80. * d, 40. * d, 0.);
-  settings.mesh.cell_size = 4. * d;
+  settings.body.mesh.lower = Vector3d::Zero();
+  settings.body.mesh.upper = Vector3d(80. * d, 40. * d, 0.);
+  settings.body.mesh.cell_size = 4. * d;
   for (int id = 0; id < 4; ++id)
   {
     fem::BoundaryCondition condition;
     condition.id = id;
     condition.kind = boundary;
-    settings.boundary_conditions.push_back(condition);
+    settings.body.boundary_conditions.push_back(condition);
   }
-  settings.packing.lower = settings.mesh.lower;
-  settings.packing.upper = settings.mesh.upper;
+  settings.packing.lower = settings.body.mesh.lower;
+  settings.packing.upper = settings.body.mesh.upper;
   settings.overlap.width = 16. * d;
   // Particles in the middle: the overlap is all around them and touches top and bottom.
   settings.fixed_region.push_back({Vector3d(30. * d, -d, -1.), Vector3d(50. * d, 41. * d, 1.)});
@@ -101,14 +101,14 @@ struct Method
 const Method methods[] = {{"penalty", 0.3, 0., "penalty"},
                           {"penalty_mass_scaled", 0.25, 0., "penalty_mass_scaled"},
                           {"penalty_mass_scaled", 0.25, 0., "corrected_penalty", true},
-                          {"multipliers", 0., 0.05, "multipliers"},
-                          {"multipliers_diagonal", 0.5, 0., "multipliers_diagonal"}};
+                          {"weak_multipliers", 0., 0.05, "weak_multipliers"},
+                          {"lumped_multipliers", 0.5, 0., "lumped_multipliers"}};
 
 /// A smaller free block, particles in the middle.
 Case small_block(const Method &method)
 {
   Case settings = make_case(fem::BoundaryKind::free);
-  settings.packing.upper = settings.mesh.upper = Vector3d(48. * d, 20. * d, 0.);
+  settings.packing.upper = settings.body.mesh.upper = Vector3d(48. * d, 20. * d, 0.);
   settings.overlap.width = 12. * d;
   settings.fixed_region = {{Vector3d(20. * d, -d, -1.), Vector3d(28. * d, 21. * d, 1.)}};
   settings.constraint.method = method.constraint;
@@ -174,7 +174,7 @@ TEST_P(CoupledMethods, LedgerCloses)
 // %.
 TEST_P(CoupledMethods, KeepEnergy)
 {
-  if (GetParam().constraint == "multipliers_diagonal")
+  if (GetParam().constraint == "lumped_multipliers")
     GTEST_SKIP() << "damps what differs from particle to particle";
   Method method = GetParam();
   method.relaxation = 0.;
@@ -266,12 +266,12 @@ double released_share(int relaxation_steps)
   Case settings = make_case(fem::BoundaryKind::fixed);
   settings.packing.kind = "random";
   settings.packing.radius_spread = 0.3;
-  settings.packing.upper = settings.mesh.upper = Vector3d(56. * d, 32. * d, 0.);
+  settings.packing.upper = settings.body.mesh.upper = Vector3d(56. * d, 32. * d, 0.);
   settings.overlap.width = 12. * d;
   settings.fixed_region = {{Vector3d(12. * d, -d, -1.), Vector3d(44. * d, 33. * d, 1.)}};
   settings.activation.relaxation_steps = relaxation_steps;
-  const dem::ElasticCalibration bonds =
-    dem::calibrate_elastic(dem::generate_packing(settings.packing), settings.rock.young, settings.rock.poisson);
+  const dem::ElasticCalibration bonds = dem::calibrate_elastic(dem::generate_packing(settings.packing),
+                                                               settings.body.material.young, settings.body.material.poisson);
   settings.bond.k_n = bonds.k_n;
   settings.bond.k_t = bonds.k_t;
   Body body(settings);

@@ -50,8 +50,8 @@ double lattice_error(std::string method, double penalty_ratio, Direction directi
 StripCase central_forces()
 {
   StripCase strip{Strip()};
-  strip.settings.constraint.method = "multipliers";
-  fem::Material &rock = strip.settings.rock;
+  strip.settings.constraint.method = "weak_multipliers";
+  fem::Material &rock = strip.settings.body.material;
   rock.poisson = 0.25;
   strip.settings.bond.k_n = rock.young / (std::sqrt(3.) * 1.25 * 0.5);
   strip.settings.bond.k_t = 0.;
@@ -89,8 +89,8 @@ TEST(LatticePatch, MultipliersAreExact)
 {
   EXPECT_LT(lattice_error(central_forces(), Direction::tension), 1e-8);
   EXPECT_LT(lattice_error(central_forces(), Direction::shear), 1e-8);
-  EXPECT_LT(lattice_error("multipliers", 0., Direction::tension), 1e-8);
-  EXPECT_LT(lattice_error("multipliers", 0., Direction::shear), 1e-8);
+  EXPECT_LT(lattice_error("weak_multipliers", 0., Direction::tension), 1e-8);
+  EXPECT_LT(lattice_error("weak_multipliers", 0., Direction::shear), 1e-8);
 }
 
 // The same in space: face-centred cubic, columns of cube faces along x, isotropic for k_t = k_n, which means nu = 0 and
@@ -99,18 +99,18 @@ TEST(LatticePatch, MultipliersAreExactInSpace)
 {
   const double d = Strip::d, edge = 3. * std::sqrt(2.) * d; // of a cell: three cubes, six planes
   Case settings = test::lattice_rock(d);
-  settings.rock.poisson = 0.;
-  settings.bond.k_n = settings.bond.k_t = settings.rock.young * d / (2. * std::sqrt(2.));
-  settings.mesh.upper = Vector3d(9. * edge, 2. * edge, 2. * edge);
-  settings.mesh.cell_size = edge;
-  settings.mesh.periodic = {{false, true, true}};
-  settings.packing.dim = 3;
+  settings.body.material.poisson = 0.;
+  settings.bond.k_n = settings.bond.k_t = settings.body.material.young * d / (2. * std::sqrt(2.));
+  settings.body.mesh.upper = Vector3d(9. * edge, 2. * edge, 2. * edge);
+  settings.body.mesh.cell_size = edge;
+  settings.body.mesh.periodic = {{false, true, true}};
+  settings.packing.dim = settings.body.dim = 3;
   settings.packing.kind = "fcc";
-  settings.packing.upper = settings.mesh.upper;
-  settings.packing.periodic = settings.mesh.periodic;
+  settings.packing.upper = settings.body.mesh.upper;
+  settings.packing.periodic = settings.body.mesh.periodic;
   settings.packing.lattice = {0, 0.};
   settings.overlap.width = 3. * edge;
-  settings.constraint.method = "multipliers";
+  settings.constraint.method = "weak_multipliers";
   settings.constraint.fluctuation_relaxation = 0.05;
   settings.fixed_region.push_back({Vector3d(0., -1., -1.), Vector3d(3. * edge, 1., 1.)});
   test::hold_ends(settings);
@@ -147,7 +147,7 @@ TEST(RandomPatch, MultipliersKeepTheModulus)
 {
   for (const Direction direction : {Direction::tension, Direction::shear})
   {
-    const PatchErrors errors = mean_random_errors(method("multipliers"), direction, {1, 2});
+    const PatchErrors errors = mean_random_errors(method("weak_multipliers"), direction, {1, 2});
     EXPECT_LT(errors.strain, 5e-3);
     EXPECT_LT(std::abs(errors.energy), 0.02);
   }

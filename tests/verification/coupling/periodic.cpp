@@ -25,11 +25,11 @@ const double h = columns_a_cell * column, cell_height = 4. * d, height = 2. * ce
 Case make_case()
 {
   Case settings = test::lattice_rock(d);
-  settings.mesh.upper = Vector3d(cells_x * h, height, 0.);
-  settings.mesh.cell_size = h;
-  settings.mesh.periodic = {{false, true, false}};
-  settings.packing.upper = settings.mesh.upper;
-  settings.packing.periodic = settings.mesh.periodic;
+  settings.body.mesh.upper = Vector3d(cells_x * h, height, 0.);
+  settings.body.mesh.cell_size = h;
+  settings.body.mesh.periodic = {{false, true, false}};
+  settings.packing.upper = settings.body.mesh.upper;
+  settings.packing.periodic = settings.body.mesh.periodic;
   settings.packing.lattice = {1, 0.};
   settings.overlap.width = 5. * h;
   settings.fixed_region.push_back({Vector3d(0., -d, -1.), Vector3d(10. * h, height + d, 1.)});
@@ -58,8 +58,8 @@ TEST(PeriodicOverlap, DistancesGoAcrossTheSeam)
   const Case settings = make_case();
   const dem::Packing packing = dem::generate_packing(settings.packing);
   fem::Settings fem_settings;
-  fem_settings.mesh = settings.mesh;
-  fem_settings.material = settings.rock;
+  fem_settings.mesh = settings.body.mesh;
+  fem_settings.material = settings.body.material;
   const auto fem = fem::make_fem_side(fem_settings);
   const fem::Mesh &mesh = fem->mesh();
   // One cell at the upper seam: the distance of any particle is that to the nearest of the cell's images, also when several
@@ -120,7 +120,7 @@ namespace
 /// A pulse from the finite elements through the overlap into the particles, displacements along @p direction.
 void run_pulse(Body &body, int direction, double amplitude)
 {
-  const double speed = direction == 0 ? body.settings.rock.speed_p() : body.settings.rock.speed_s();
+  const double speed = direction == 0 ? body.settings.body.material.speed_p() : body.settings.body.material.speed_s();
   const auto shape = [](const Vector3d &x) { return std::abs(x[0] - 16. * h) < 3. * h ? (x[0] - 16. * h) / (3. * h) : 1.; };
   body.set_state([&](const Vector3d &x)
                  { return Vector3d(amplitude * std::pow(std::cos(0.5 * M_PI * shape(x)), 2) * Vector3d::Unit(direction)); },
@@ -185,7 +185,7 @@ TEST(PeriodicBody, KeepsItsMomentum)
   const ConservedQuantities before = conserved_quantities(*body.fem, body.model.dem(), body.model.energies(), MPI_COMM_WORLD);
   body.model.advance(1000);
   const ConservedQuantities after = conserved_quantities(*body.fem, body.model.dem(), body.model.energies(), MPI_COMM_WORLD);
-  const double whole = body.settings.rock.density * cells_x * h * height;
+  const double whole = body.settings.body.material.density * cells_x * h * height;
   EXPECT_NEAR(before.mass, whole, 0.01 * whole); // weights are integrated on one side, summed on the other
   EXPECT_LT((after.momentum - before.momentum).norm(), 1e-11 * whole);
 }

@@ -54,7 +54,7 @@ TEST(CoupledLimit, IsThatOfRuns)
 {
   std::mt19937 random(5);
   const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
-  const std::string methods[] = {"penalty", "penalty_mass_scaled", "multipliers"};
+  const std::string methods[] = {"penalty", "penalty_mass_scaled", "weak_multipliers"};
   for (int combination = 0; combination < 24; ++combination)
   {
     Strip shape;
@@ -71,7 +71,8 @@ TEST(CoupledLimit, IsThatOfRuns)
     const bool scaled = strip.settings.constraint.method == "penalty_mass_scaled";
     strip.settings.constraint.penalty_ratio = scaled ? uniform(0.1, 1.2) : std::exp(uniform(std::log(0.05), std::log(5.)));
     strip.settings.constraint.fluctuation_relaxation = uniform(0., 0.1);
-    strip.settings.constraint.corrector = shape.random && strip.settings.constraint.method != "multipliers" && combination > 12;
+    strip.settings.constraint.corrector =
+      shape.random && strip.settings.constraint.method != "weak_multipliers" && combination > 12;
     const auto fem = Body::make_fem(strip.settings);
     const double limit = test::stable_steps_of(strip.settings, Mode::fixed, *fem, strip.packing).overlap;
     SCOPED_TRACE(testing::Message() << (shape.random ? "random " : "lattice ")

@@ -13,7 +13,7 @@ namespace
 Case multipliers(double relaxation)
 {
   Case result;
-  result.constraint.method = "multipliers";
+  result.constraint.method = "weak_multipliers";
   result.constraint.fluctuation_relaxation = relaxation;
   return result;
 }

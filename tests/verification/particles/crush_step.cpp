@@ -25,13 +25,13 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
   fem::Settings rock;
   rock.comm = MPI_COMM_SELF;
   rock.dim = packing.dim;
-  rock.mesh.lower = packing.lower;
-  rock.mesh.upper = packing.upper;
-  rock.mesh.cell_size = 0.5 * (packing.upper - packing.lower).maxCoeff();
+  rock.body.mesh.lower = packing.lower;
+  rock.body.mesh.upper = packing.upper;
+  rock.body.mesh.cell_size = 0.5 * (packing.upper - packing.lower).maxCoeff();
   rock.material = {2400., 20e9, 0.2};
   const auto fem = fem::make_fem_side(rock);
   Case settings;
-  settings.rock = rock.material;
+  settings.body.material = rock.material;
   settings.tool.kind = ToolKind::none;
   settings.bond.k_n = packing.dim == 2 ? 2e10 : 2e10 * packing.mean_diameter;
   settings.bond.k_t = k_t_ratio * settings.bond.k_n;
@@ -44,7 +44,7 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
   for (const int id : {0, 1, 4, 5})
     if (id < 2 * packing.dim)
       conditions.push_back({id, "", fem::BoundaryKind::roller});
-  ParticleBoundary boundary(fem->mesh(), settings.rock, conditions, packing);
+  ParticleBoundary boundary(fem->mesh(), settings.body.material, conditions, packing);
 
   const double dt = fraction_of_step * test::stable_steps_of(settings, Mode::dem, *fem, packing).dem;
   const dem::Settings particles = particle_settings(settings, packing, dt, MPI_COMM_SELF);

@@ -20,12 +20,12 @@ struct Body
   explicit Body(int columns = 24, int rows = 20) : packing(test::triangular_lattice(columns, rows, r))
   {
     fem::Settings rock;
-    rock.mesh.lower = packing.lower;
-    rock.mesh.upper = packing.upper;
-    rock.mesh.cell_size = 4e-3;
+    rock.body.mesh.lower = packing.lower;
+    rock.body.mesh.upper = packing.upper;
+    rock.body.mesh.cell_size = 4e-3;
     rock.material = {2400., 20e9, 0.2};
     fem = fem::make_fem_side(rock);
-    settings.rock = rock.material;
+    settings.body.material = rock.material;
     settings.overlap.width = 4e-3;
     settings.constraint.penalty_ratio = 0.25;
     settings.bond = test::settings(packing).bond;
@@ -35,7 +35,7 @@ struct Body
     settings.tool.kind = ToolKind::none;
     settings.tool.radius = 4e-3;
     settings.tool.stiffness_ratio = 1.;
-    settings.boundary_conditions = {condition(2, fem::BoundaryKind::fixed)};
+    settings.body.boundary_conditions = {condition(2, fem::BoundaryKind::fixed)};
   }
   static fem::BoundaryCondition condition(int id, fem::BoundaryKind kind) { return {id, "", kind}; }
   /// The disc comes from above, @p depth into the body at @p time.
@@ -81,7 +81,7 @@ struct Body
 /// Step of 1/4 of the stable one: omega^2 = 6.5 k_n / m for k_t = k_n / 4.
 int steps_for(const Body &body, double time)
 {
-  const double mass = body.settings.rock.density / body.packing.solid_fraction() * M_PI * r * r;
+  const double mass = body.settings.body.material.density / body.packing.solid_fraction() * M_PI * r * r;
   return 20 * static_cast<int>(std::ceil(time / (0.25 * 2. / std::sqrt(6.5 * body.settings.bond.k_n / mass)) / 20.));
 }
 
@@ -119,9 +119,9 @@ TEST(DemEnergy, ElasticBodyWithAllKindsOfBoundaries)
   fem::BoundaryCondition top = Body::condition(3, fem::BoundaryKind::velocity);
   top.velocity = {0.05, 0.1, 0.};
   top.ramp = 5e-5;
-  body.settings.boundary_conditions = {Body::condition(0, fem::BoundaryKind::absorbing),
-                                       Body::condition(1, fem::BoundaryKind::roller),
-                                       Body::condition(2, fem::BoundaryKind::fixed), top};
+  body.settings.body.boundary_conditions = {Body::condition(0, fem::BoundaryKind::absorbing),
+                                            Body::condition(1, fem::BoundaryKind::roller),
+                                            Body::condition(2, fem::BoundaryKind::fixed), top};
   expect_elastic_balance(body, 1e-4);
   body.settings.bond.damping = 0.1;
   expect_elastic_balance(body, 1e-4);

@@ -69,19 +69,19 @@ void expect_same_motion(const dem::Packing &packing, const std::vector<fem::Boun
   fem::Settings rock;
   rock.comm = MPI_COMM_SELF;
   rock.dim = 3;
-  rock.mesh.lower = packing.lower;
-  rock.mesh.upper = packing.upper;
+  rock.body.mesh.lower = packing.lower;
+  rock.body.mesh.upper = packing.upper;
   for (int c = 0; c < 3; ++c)
-    rock.mesh.periodic[c] = packing.periodic[c] > 0.;
-  rock.mesh.cell_size = 0.25 * (packing.upper - packing.lower).maxCoeff();
+    rock.body.mesh.periodic[c] = packing.periodic[c] > 0.;
+  rock.body.mesh.cell_size = 0.25 * (packing.upper - packing.lower).maxCoeff();
   rock.material = {2400., 20e9, 0.2};
   const std::unique_ptr<fem::FemSide> fem = fem::make_fem_side(rock);
 
   Case settings;
   settings.name = "block";
-  settings.rock = rock.material;
-  settings.packing.dim = 3;
-  settings.boundary_conditions = conditions;
+  settings.body.material = rock.material;
+  settings.packing.dim = settings.body.dim = 3;
+  settings.body.boundary_conditions = conditions;
   dem::Settings particles = test::settings(packing);
   particles.comm = MPI_COMM_SELF;
   particles.time_step = 6e-9;                                             // a quarter of the stable step
@@ -98,7 +98,7 @@ void expect_same_motion(const dem::Packing &packing, const std::vector<fem::Boun
   settings.packing_file = directory + "/store.h5";
   dem::save_packing(packing, settings.packing_file);
 
-  ParticleBoundary boundary(fem->mesh(), settings.rock, settings.boundary_conditions, packing);
+  ParticleBoundary boundary(fem->mesh(), settings.body.material, settings.body.boundary_conditions, packing);
   constexpr int steps = 1000;
   ParticleWork driven(particles.time_step, MPI_COMM_SELF), absorbed(particles.time_step, MPI_COMM_SELF);
   int n = 0;

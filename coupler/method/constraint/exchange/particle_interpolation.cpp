@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/constraint/exchange/particle_interpolation.h"
 
-#include "coupler/base/errors.h"
-
 #include <algorithm>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -46,7 +45,7 @@ void ParticleInterpolation::locate(fem::FemSide &fem)
   for (std::size_t k = 0; k < pending.size(); ++k)
   {
     if (found[k].cell < 0)
-      throw InputError("stored particle " + std::to_string(tied[pending[k]].index) + " lies outside the mesh");
+      throw std::logic_error("stored particle " + std::to_string(tied[pending[k]].index) + " lies outside the mesh");
     constexpr double nothing = 1e-12; // on a face only its own nodes count, whatever cell was found
     Row &row = rows[pending[k]];
     row.cell = found[k].cell;

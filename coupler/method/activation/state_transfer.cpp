@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/method/activation/state_transfer.h"
+
+#include "coupler/base/mpi_helpers.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+namespace kerf
+{
+using Eigen::Vector3d;
+namespace
+{
+/// Stored particles seen by the finite elements: those that lie in cells of this rank, and the window of the nodes that carry
+/// them.
+class Probe
+{
+public:
+  Probe(fem::FemSide &fem, const dem::Packing &packing, const std::vector<int> &indices, MPI_Comm comm)
+  {
+    Eigen::Matrix3Xd points(3, indices.size());
+    for (std::size_t k = 0; k < indices.size(); ++k)
+      points.col(k) = packing.positions.col(indices[k]);
+    found = fem.locate(points);
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    for (std::size_t k = 0; k < indices.size(); ++k)
+    {
+      if (found[k].cell < 0)
+        throw std::logic_error("stored particle " + std::to_string(indices[k]) + " lies outside the mesh");
+      if (fem.mesh().owner[found[k].cell] != rank)
+        continue;
+      local.push_back(k);
+      nodes.insert(nodes.end(), found[k].nodes.begin(), found[k].nodes.begin() + found[k].n);
+    }
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    fem.set_window(nodes);
+  }
+
+  /// Value and curl of a field of the window at one of the indices.
+  std::array<Eigen::Vector3d, 2> at(std::size_t k, const Eigen::Matrix3Xd &field) const
+  {
+    std::array<Eigen::Vector3d, 2> result{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    for (int a = 0; a < found[k].n; ++a)
+    {
+      const auto column = std::lower_bound(nodes.begin(), nodes.end(), found[k].nodes[a]) - nodes.begin();
+      const Eigen::Vector3d value = field.col(column), gradient = found[k].dN.col(a);
+      result[0] += found[k].N[a] * value;
+      result[1] += gradient.cross(value);
+    }
+    return result;
+  }
+
+  std::vector<std::size_t> local; ///< places among the indices
+
+private:
+  std::vector<fem::Interpolation> found;
+  std::vector<int> nodes;
+};
+} // namespace
+
+std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap, const dem::Packing &packing,
+                                      const std::vector<char> &taken, MPI_Comm comm)
+{
+  std::vector<int> indices;
+  for (int i = 0; i < packing.size(); ++i)
+    if (!taken[i] && overlap.needs_particle(i))
+      indices.push_back(i);
+  const Probe probe(fem, packing, indices, comm);
+  Eigen::Matrix3Xd u, v;
+  fem.read_window(fem::NodalField::displacement, u);
+  fem.read_window(fem::NodalField::velocity, v);
+
+  // Twelve numbers a particle travel between ranks; a list of doubles keeps this one plain gather.
+  constexpr int record = 13;
+  std::vector<double> values;
+  for (const std::size_t k : probe.local)
+  {
+    const auto [displacement, curl_u] = probe.at(k, u);
+    const auto [velocity, curl_v] = probe.at(k, v);
+    values.push_back(indices[k]);
+    for (const Eigen::Vector3d &part : {displacement, velocity, Eigen::Vector3d(0.5 * curl_u), Eigen::Vector3d(0.5 * curl_v)})
+      values.insert(values.end(), part.data(), part.data() + 3);
+  }
+  values = gather_all(values, MPI_DOUBLE, comm);
+
+  std::vector<dem::NewParticle> particles(values.size() / record);
+  for (std::size_t k = 0; k < particles.size(); ++k)
+  {
+    const double *value = values.data() + k * record;
+    particles[k].index = static_cast<int>(value[0]);
+    particles[k].displacement = Eigen::Map<const Eigen::Vector3d>(value + 1);
+    particles[k].velocity = Eigen::Map<const Eigen::Vector3d>(value + 4);
+    particles[k].rotation = Eigen::Map<const Eigen::Vector3d>(value + 7);
+    particles[k].angular_velocity = Eigen::Map<const Eigen::Vector3d>(value + 10);
+  }
+  std::sort(particles.begin(), particles.end(),
+            [](const dem::NewParticle &a, const dem::NewParticle &b) { return a.index < b.index; });
+  return particles;
+}
+
+std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem, const dem::Packing &packing,
+                                                               const std::vector<int> &indices, MPI_Comm comm)
+{
+  const Probe probe(fem, packing, indices, comm);
+  Eigen::Matrix3Xd force, inverse_mass;
+  fem.read_window(fem::NodalField::force, force);
+  fem.read_window(fem::NodalField::inverse_mass, inverse_mass);
+  const Eigen::Matrix3Xd acceleration = force.cwiseProduct(inverse_mass);
+  constexpr int record = 4;
+  std::vector<double> values;
+  for (const std::size_t k : probe.local)
+  {
+    const Eigen::Vector3d a = probe.at(k, acceleration)[0];
+    values.push_back(indices[k]);
+    values.insert(values.end(), a.data(), a.data() + 3);
+  }
+  values = gather_all(values, MPI_DOUBLE, comm);
+  std::unordered_map<int, Eigen::Vector3d> result;
+  for (std::size_t k = 0; k < values.size(); k += record)
+    result[static_cast<int>(values[k])] = Eigen::Map<const Eigen::Vector3d>(&values[k + 1]);
+  return result;
+}
+
+NodalState recover_nodes(const fem::FemSide &fem, dem::DemSide &dem, const dem::Packing &packing, const std::vector<int> &cells,
+                         const Eigen::Matrix3Xd &moved, MPI_Comm comm)
+{
+  constexpr int record = 8; // index, mass of the particle, displacement, velocity
+  const dem::Particles particles = dem.particles();
+  std::vector<char> target(fem.mesh().n_cells(), 0);
+  for (const int cell : cells)
+    target[cell] = 1;
+  Eigen::Matrix3Xd places(3, particles.n);
+  for (int i = 0; i < particles.n; ++i)
+    places.col(i) = packing.positions.col(particles.index[i]);
+  const std::vector<fem::Interpolation> local = fem.locate(places);
+  std::vector<double> values;
+  for (int i = 0; i < particles.n; ++i)
+    if (local[i].cell >= 0 && target[local[i].cell])
+    {
+      const Vector3d u = packing.displacement(particles.index[i], particles.position.col(i)), v = particles.velocity.col(i);
+      values.insert(values.end(), {double(particles.index[i]), packing.volume(particles.index[i])});
+      for (const Vector3d &field : {u, v})
+        values.insert(values.end(), field.data(), field.data() + 3);
+    }
+  values = gather_all(values, MPI_DOUBLE, comm);
+  std::vector<const double *> rows;
+  for (std::size_t k = 0; k < values.size(); k += record)
+    rows.push_back(&values[k]);
+  std::sort(rows.begin(), rows.end(), [](const double *a, const double *b) { return a[0] < b[0]; });
+  places.resize(3, rows.size());
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    places.col(k) = packing.positions.col(static_cast<int>(rows[k][0]));
+  const std::vector<fem::Interpolation> found = fem.locate(places);
+
+  NodalState state{fem.gather(fem::NodalField::displacement), fem.gather(fem::NodalField::velocity)};
+  const Eigen::Matrix3Xd inverse_mass = fem.gather(fem::NodalField::inverse_mass);
+  for (int c = 0; c < fem.mesh().dim; ++c)
+  {
+    std::vector<int> number(fem.mesh().n_nodes(), -1), nodes;
+    for (const fem::Interpolation &point : found)
+      for (int a = 0; a < point.n; ++a)
+        if (const int node = point.nodes[a]; number[node] < 0 && moved(0, node) == 0. && inverse_mass(c, node) > 0.)
+        {
+          number[node] = static_cast<int>(nodes.size());
+          nodes.push_back(node);
+        }
+    if (nodes.empty())
+      continue;
+    std::vector<Eigen::Triplet<double>> entries;
+    Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(nodes.size(), 2);
+    for (std::size_t k = 0; k < found.size(); ++k)
+    {
+      const fem::Interpolation &point = found[k];
+      Eigen::RowVector2d rest(rows[k][2 + c], rows[k][5 + c]);
+      for (int a = 0; a < point.n; ++a)
+        if (number[point.nodes[a]] < 0)
+          rest -= point.N[a] * Eigen::RowVector2d(state.displacement(c, point.nodes[a]), state.velocity(c, point.nodes[a]));
+      for (int a = 0; a < point.n; ++a)
+        if (const int i = number[point.nodes[a]]; i >= 0)
+        {
+          const double weight = rows[k][1] * point.N[a];
+          right.row(i) += weight * rest;
+          for (int b = 0; b < point.n; ++b)
+            if (const int j = number[point.nodes[b]]; j >= 0)
+              entries.emplace_back(i, j, weight * point.N[b]);
+        }
+    }
+    Eigen::SparseMatrix<double> matrix(nodes.size(), nodes.size());
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    // A node that particles hardly see follows from the others: a trace of its own mean keeps the matrix definite.
+    constexpr double trace = 1e-10;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      matrix.coeffRef(i, i) *= 1. + trace;
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(matrix);
+    const Eigen::MatrixX2d solution = solver.solve(right);
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+    {
+      state.displacement(c, nodes[i]) = solution(i, 0);
+      state.velocity(c, nodes[i]) = solution(i, 1);
+    }
+  }
+  return state;
+}
+} // namespace kerf

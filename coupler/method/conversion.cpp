@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/method/conversion.h"
+
+#include "coupler/base/mpi_helpers.h"
+#include "coupler/method/activation/relaxation.h"
+#include "coupler/method/activation/state_transfer.h"
+#include "coupler/method/stability/stable_step.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kerf
+{
+Conversion::Conversion(const ModelSettings &settings, Mode mode, fem::FemSide &fem, dem::DemSide &dem,
+                       const dem::Packing &packing, Overlap &overlap, Constraint &constraint, const ParticleBoundary &boundary,
+                       VirialStress &virial_stress, double dt, Forces forces, std::function<EnergyLedger()> energies,
+                       MPI_Comm comm)
+  : settings(settings), mode(mode), fem(fem), dem(dem), packing(packing), overlap(overlap), constraint(constraint),
+    boundary(boundary), virial_stress(virial_stress), monitor(settings, packing, comm), dt(dt), forces(std::move(forces)),
+    energies(std::move(energies)), comm(comm)
+{
+}
+
+ActivationEvent Conversion::open() const
+{
+  ActivationEvent event;
+  const EnergyLedger ledger = energies();
+  event.held_before = ledger.held();
+  event.before = conserved_quantities(fem, dem, ledger, comm);
+  return event;
+}
+
+void Conversion::close(ActivationEvent &event) const
+{
+  const EnergyLedger ledger = energies();
+  event.held_after = ledger.held();
+  event.after = conserved_quantities(fem, dem, ledger, comm);
+}
+
+ActivationEvent Conversion::convert(const std::vector<int> &cells)
+{
+  ActivationEvent event = open();
+  event.cells = static_cast<int>(cells.size());
+  const CellStresses stress = stresses_of(cells, false);
+
+  std::vector<std::pair<int, double>> weights; // of ties that hold means, around which particles relax_particles
+  if (constraint.tie() == Tie::mean)
+    for (const TiedParticle &particle : active_ties())
+      weights.emplace_back(particle.index, overlap.de_weights()[particle.index]);
+  overlap.convert(cells);
+  std::vector<int> reweighted;
+  for (const auto &[index, weight] : weights)
+    if (overlap.de_weights()[index] != weight)
+      reweighted.push_back(index);
+  // Project while the finite elements still carry the field everywhere.
+  std::vector<dem::NewParticle> particles = project(fem, overlap, packing, dem.is_taken(), comm);
+  constraint.place(particles, fem);
+  event.particles = static_cast<int>(particles.size());
+  std::vector<int> added;
+  for (const dem::NewParticle &particle : particles)
+    added.push_back(particle.index);
+  std::vector<int> settling = added;
+  settling.insert(settling.end(), reweighted.begin(), reweighted.end());
+  Accelerations accelerations = project_accelerations(fem, packing, settling, comm);
+  for (auto &[index, acceleration] : accelerations) // not of what a boundary holds
+    for (int c = 0; c < 3; ++c)
+      if (boundary.role(index).held || boundary.role(index).blocked[c])
+        acceleration[c] = 0.;
+
+  fem.set_weights(overlap.fe_weights());
+  dem.insert(particles);
+  const std::vector<TiedParticle> ties = active_ties();
+  constraint.set_particles(ties);
+  relax_particles(added, reweighted, ties, accelerations);
+  if (mode == Mode::adaptive)
+    monitor.check(fem, overlap, ties, dem.is_active(), cells, dt, constraint);
+
+  event.bonds_stored = bonds_between(added);
+  compare_stresses(event, stress, stresses_of(cells, true));
+  close(event);
+  return event;
+}
+
+ActivationEvent Conversion::return_to_continuum(const std::vector<int> &cells)
+{
+  ActivationEvent event = open();
+  event.cells = -static_cast<int>(cells.size());
+  const CellStresses stress = stresses_of(cells, true);
+
+  const Eigen::Matrix3Xd moved = fem.gather(fem::NodalField::mass);
+  overlap.restore(cells);
+  fem.set_weights(overlap.fe_weights());
+  const NodalState state = recover_nodes(fem, dem, packing, cells, moved, comm);
+  fem.set_state(state.displacement, state.velocity);
+
+  std::vector<int> unused;
+  for (int i = 0; i < packing.size(); ++i)
+    if (dem.is_active()[i] && !overlap.needs_particle(i))
+      unused.push_back(i);
+  event.particles = -static_cast<int>(unused.size());
+  event.bonds_stored = -bonds_between(unused);
+  dem.remove(unused);
+  const std::vector<TiedParticle> ties = active_ties();
+  constraint.set_particles(ties);
+  dem.set_weights(overlap.de_weights());
+  forces.set_up();
+  if (mode == Mode::adaptive)
+    monitor.check(fem, overlap, ties, dem.is_active(), cells, dt, constraint);
+  compare_stresses(event, stress, stresses_of(cells, false));
+  close(event);
+  return event;
+}
+
+/// Stresses of cells as one of the sides has them.
+CellStresses Conversion::stresses_of(const std::vector<int> &cells, bool of_particles)
+{
+  std::vector<char> target(fem.mesh().n_cells(), 0);
+  for (const int cell : cells)
+    target[cell] = 1;
+  CellStresses stress = CellStresses::Zero(6, cells.size());
+  if (of_particles)
+  {
+    const CellStresses all = virial_stress.stresses(target, fem, dem, settings.body.material.poisson);
+    for (std::size_t k = 0; k < cells.size(); ++k)
+      stress.col(k) = all.col(cells[k]);
+    return stress;
+  }
+  const fem::CellStress local = fem.cell_stress();
+  for (std::size_t k = 0; k < local.cell.size(); ++k)
+    if (target[local.cell[k]])
+      stress.col(std::lower_bound(cells.begin(), cells.end(), local.cell[k]) - cells.begin()) = local.sigma.col(k);
+  MPI_Allreduce(MPI_IN_PLACE, stress.data(), static_cast<int>(stress.size()), MPI_DOUBLE, MPI_SUM, comm);
+  return stress;
+}
+
+/// Stored bonds of particles that come or go to active ones.
+std::int64_t Conversion::bonds_between(const std::vector<int> &added) const
+{
+  std::vector<char> is_new(packing.size(), 0);
+  for (const int i : added)
+    is_new[i] = 1;
+  std::int64_t bonds = 0;
+  for (const int i : added)
+    for (const int partner : overlap.bonds().partners_of(i))
+      bonds += dem.is_active()[partner] && (!is_new[partner] || i < partner);
+  return bonds;
+}
+
+/// The ties of the present overlap to particles that did not leave the domain.
+std::vector<TiedParticle> Conversion::active_ties() const
+{
+  std::vector<TiedParticle> ties;
+  for (const TiedParticle &particle : boundary.movable(overlap.tied_particles()))
+    if (dem.is_active()[particle.index])
+      ties.push_back(particle);
+  return ties;
+}
+
+/// Gives the particles their weights and moves those of a random packing to places where they rest: the projected field is
+/// smooth, they fluctuate about it, and let go they would ring and overload bonds. What accelerates them is not part of that:
+/// it is the load of a passing wave. Velocities stay as projected.
+void Conversion::relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted,
+                                 const std::vector<TiedParticle> &ties, const Accelerations &accelerations)
+{
+  const Tie tie = constraint.tie();
+  // In mode dem particles start where bonds are at rest.
+  const bool at_rest =
+    settings.activation.relaxation_steps == 0 || (mode == Mode::dem && settings.body.initial_stress.norm() == 0.);
+  std::vector<int> moving = added;
+  if (tie == Tie::rigid)
+  {
+    std::vector<char> tied(packing.size(), 0);
+    for (const TiedParticle &particle : ties)
+      tied[particle.index] = 1;
+    moving.erase(std::remove_if(moving.begin(), moving.end(), [&](int i) { return tied[i]; }), moving.end());
+  }
+  if (tie == Tie::mean)
+  {
+    // With full weights: the places of rest do not depend on how stiffness is shared, and weights would load particles with
+    // forces that the finite elements balance. What was at rest in the old overlap is so no longer. The outermost particles
+    // miss bonds and stay; so do damaged ones, whose contacts would take the move for sliding.
+    moving.insert(moving.end(), reweighted.begin(), reweighted.end());
+    const std::vector<char> damaged = damaged_particles();
+    const auto stays = [&](int i)
+    {
+      const auto partners = overlap.bonds().partners_of(i);
+      return damaged[i] ||
+             !std::all_of(partners.begin(), partners.end(), [&](int partner) { return dem.is_active()[partner]; });
+    };
+    moving.erase(std::remove_if(moving.begin(), moving.end(), stays), moving.end());
+  }
+  dem.set_weights(tie == Tie::mean && !at_rest ? Eigen::VectorXd(Eigen::VectorXd::Ones(packing.size())) : overlap.de_weights());
+  is_relaxing = !at_rest;
+  forces.set_up();
+  if (!at_rest)
+  {
+    relax(settings.bond, bond_material(settings, packing).density, settings.activation.relaxation_steps, packing, moving,
+          accelerations, dem, forces.compute, [this] { return constraint.springs(); });
+    is_relaxing = false;
+    dem.set_weights(overlap.de_weights());
+    forces.compute();
+  }
+}
+
+/// By index in the packing: has a broken bond.
+std::vector<char> Conversion::damaged_particles() const
+{
+  const dem::Particles particles = dem.particles();
+  const std::vector<double> damage = dem.damage();
+  std::vector<int> local;
+  for (int i = 0; i < particles.n && i < static_cast<int>(damage.size()); ++i)
+    if (damage[i] > 0.)
+      local.push_back(particles.index[i]);
+  std::vector<char> damaged(packing.size(), 0);
+  for (const int index : gather_all(local, MPI_INT, comm))
+    damaged[index] = 1;
+  return damaged;
+}
+} // namespace kerf
