@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/boundary/prescribed_motion.h"
 
+#include "fem_side/mesh/face_geometry.h"
+
 #include <map>
 #include <set>
 #include <stdexcept>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/boundary/surface.h"
 
+#include "fem_side/mesh/face_geometry.h"
+
 #include <cmath>
 #include <map>
 #include <set>

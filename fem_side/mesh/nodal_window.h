@@ -17,12 +17,12 @@ public:
   /// Nodal values in the order of the nodes, 3 x n_nodes().
   /// @param owned the values that this rank owns
   void read(const double *owned, Eigen::Matrix3Xd &values) const;
-  /// The transpose of read(): adds to the owned values of the vector.
-  void add(const Eigen::Matrix3Xd &values, NodalVector &vector) const;
+  /// The transpose of read(): adds to the owned values.
+  void add(const Eigen::Matrix3Xd &values, double *owned) const;
 
 private:
-  std::shared_ptr<const Partitioner> partitioner; ///< ghosts: the chosen nodes owned by other ranks
-  std::vector<int> positions;                     ///< first component of each chosen node among owned values, then ghosts
-  mutable std::vector<double> ghosts, packed;
+  NodalExchange exchange;             ///< copies: the chosen nodes owned by other ranks
+  std::vector<int> positions;         ///< first component of each chosen node among owned values, then copies
+  mutable std::vector<double> copies; ///< of the chosen nodes owned by other ranks
 };
 } // namespace kerf::fem

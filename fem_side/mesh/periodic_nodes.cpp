@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/mesh/periodic_nodes.h"
 
-#include "fem_side/mesh/nodal_space.h"
+#include "fem_side/mesh/face_geometry.h"
 
 #include <deal.II/numerics/rtree.h>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/mesh/point_locator.h"
 
+#include <deal.II/numerics/rtree.h>
+
 #include <Eigen/Dense>
 #include <limits>
 #include <stdexcept>
@@ -76,9 +78,21 @@ Interpolation interpolation(const NodalSpace<dim> &space, const int cell, const 
 } // namespace
 
 template <int dim>
+struct PointLocator<dim>::Tree
+{
+  using Box = dealii::BoundingBox<dim>;
+
+  dealii::RTree<std::pair<Box, int>> boxes; ///< with the number of the cell
+};
+
+template <int dim>
+PointLocator<dim>::~PointLocator() = default;
+
+template <int dim>
 PointLocator<dim>::PointLocator(const NodalSpace<dim> &space) : space(space)
 {
   lower = space.mesh.nodes.rowwise().minCoeff();
+  using Box = typename Tree::Box;
   std::vector<std::pair<Box, int>> boxes;
   for (int cell = 0; cell < space.mesh.n_cells(); ++cell)
   {
@@ -93,7 +107,7 @@ PointLocator<dim>::PointLocator(const NodalSpace<dim> &space) : space(space)
     }
     boxes.emplace_back(Box({a, b}), cell);
   }
-  tree = dealii::pack_rtree(boxes);
+  tree = std::make_unique<const Tree>(Tree{dealii::pack_rtree(boxes)});
 }
 
 template <int dim>
@@ -129,8 +143,8 @@ Interpolation PointLocator<dim>::find(const Eigen::Vector3d &place) const
   dealii::Point<dim> p;
   for (int d = 0; d < dim; ++d)
     p[d] = point[d];
-  std::vector<std::pair<Box, int>> candidates;
-  tree.query(boost::geometry::index::intersects(p), std::back_inserter(candidates));
+  std::vector<std::pair<typename Tree::Box, int>> candidates;
+  tree->boxes.query(boost::geometry::index::intersects(p), std::back_inserter(candidates));
 
   Interpolation result;
   double best = 1. + face_tolerance;
