@@ -99,16 +99,16 @@ void NodalSpace<dim>::number_nodes()
       first_dofs[cell->vertex_index(a)] = cell->vertex_dof_index(a, 0);
       for (int c = 1; c < dim; ++c)
         if (cell->vertex_dof_index(a, c) != cell->vertex_dof_index(a, 0) + c)
-          throw std::logic_error("the components of a node are not numbered consecutively");
+          throw std::logic_error("nodal_space: the components of a node are not numbered consecutively");
     }
 }
 
-/// @param images of every node the one that it is an image of, itself if none
+/// @param images for every node the node of which it is the image across periodic axes, or the node itself
 template <int dim>
 void NodalSpace<dim>::find_slaves(const std::vector<int> &images)
 {
   slave_of.assign(mesh.n_nodes(), -1);
-  // Hanging nodes by the node that they are images of: on joined sides either of the two may be the one that hangs.
+  // By images: of two nodes joined across a periodic axis either may be the hanging one.
   std::unordered_map<int, std::vector<std::pair<int, double>>> hanging;
   if (discretisation->triangulation->has_hanging_nodes())
   {

@@ -38,12 +38,13 @@ public:
 
   /// Brings copies of other ranks' nodes and all slaves up to date. Collective.
   void update_copies(NodalVector &values) const;
-  /// The transpose: what slaves and copies have collected goes to masters and owners; both are zero afterwards. Collective.
+  /// The transpose of update_copies(): values of slaves and copies are added to masters and owners. Slaves and copies are zero
+  /// afterwards. Collective.
   void sum_up(NodalVector &values) const;
   /// Values of slaves from those of their masters in a full set of nodal values, 3 x n_nodes.
   void interpolate_slaves(Eigen::Matrix3Xd &values) const;
   bool is_slave(const int node) const { return slave_of[node] >= 0; }
-  /// The masters of a slave. Only of slaves.
+  /// The masters of a node for which is_slave() is true.
   const SlaveNode &slave(const int node) const { return mesh.slaves[slave_of[node]]; }
 
   /// Global number of the first component of a node.
@@ -71,7 +72,7 @@ public:
   }
 
 private:
-  /// A component block of a slave among the local values.
+  /// Local positions of a slave and its masters.
   struct LocalSlave
   {
     int dof = 0;

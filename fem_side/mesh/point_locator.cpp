@@ -14,7 +14,7 @@ namespace
 /// How far a point may lie outside a cell [-1, 1]^dim and still belong to it; covers round-off on faces.
 constexpr double face_tolerance = 2e-9;
 
-/// Newton's method for X(xi) = point; false when it leads nowhere, which happens only outside the cell.
+/// Newton's method for X(xi) = point. False if it does not converge, which happens only outside the cell.
 template <int dim>
 bool invert(const q1::NodalValues<dim> &X, const q1::Point<dim> &point, q1::Point<dim> &xi)
 {
@@ -39,9 +39,9 @@ void add_node(Interpolation &result, const int node, const double N, const Eigen
     ++a;
   if (a == result.n)
   {
-    // The masters of a cell's slaves are as many as its slaves at most, see SlaveNode and the refinement of the mesh.
+    // The masters of a cell's slaves are at most as many as its slaves, see refine() in mesh_builder.cpp.
     if (result.n == static_cast<int>(result.nodes.size()))
-      throw std::logic_error("a cell hangs on more nodes than it has");
+      throw std::logic_error("point_locator: a cell depends on more nodes than it has");
     result.nodes[result.n++] = node;
   }
   result.N[a] += N;
@@ -113,7 +113,7 @@ PointLocator<dim>::PointLocator(const NodalSpace<dim> &space) : space(space)
 template <int dim>
 std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &points) const
 {
-  constexpr std::size_t most_known = 100000; // 35 MB; a whole store is looked for once
+  constexpr std::size_t most_known = 100000; // 35 MB; a whole packing is located only once
   const bool keep = static_cast<std::size_t>(points.cols()) < most_known;
   std::vector<Interpolation> result(points.cols());
   for (Eigen::Index i = 0; i < points.cols(); ++i)
@@ -154,7 +154,7 @@ Interpolation PointLocator<dim>::find(const Eigen::Vector3d &place) const
     q1::Point<dim> xi;
     if (!invert<dim>(X, point, xi))
       continue;
-    // Of the cells of a point on a face the first one, not the one that round-off prefers: the gradients differ.
+    // A point on a face belongs to its first cell, whatever the round-off: gradients of the cells differ.
     const double outermost = xi.cwiseAbs().maxCoeff();
     const bool on_shared_face = result.cell >= 0 && std::abs(outermost - best) < 2. * face_tolerance;
     if (on_shared_face ? candidate.second > result.cell : !(outermost < best))

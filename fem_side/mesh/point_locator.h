@@ -38,8 +38,8 @@ private:
   const NodalSpace<dim> &space;
   Eigen::Vector3d lower; ///< corner of the box around the mesh [m]
   struct Tree;
-  std::unique_ptr<const Tree> tree;                             ///< of the boxes around the cells
-  mutable std::unordered_map<Point, Interpolation, Hash> known; ///< the same stored particles are looked for at every change of
-                                                                ///< models
+  std::unique_ptr<const Tree> tree; ///< of the boxes around the cells
+  /// Results of earlier searches: at every conversion the same stored particles are located again.
+  mutable std::unordered_map<Point, Interpolation, Hash> known;
 };
 } // namespace kerf::fem

@@ -7,9 +7,15 @@
 
 namespace kerf::fem
 {
+namespace
+{
+/// Steps between two checks of the velocities. The check is collective, so it is too expensive for every step.
+constexpr int steps_between_checks = 1000;
+} // namespace
+
 template <int dim>
-ExplicitSolver<dim>::ExplicitSolver(const Settings &given)
-  : settings(given), space(given.comm, given.mesh), locator(space),
+ExplicitSolver<dim>::ExplicitSolver(const Settings &settings_in)
+  : settings(settings_in), space(settings.comm, settings.mesh), locator(space),
     kernel(settings.material, settings.strain, settings.integration),
     prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)), surface(space, settings.surface_spacing),
     absorbing(space.mesh, settings.material, settings.boundary_conditions),
@@ -61,9 +67,9 @@ template <int dim>
 void ExplicitSolver<dim>::set_weights(const Eigen::VectorXd &weights)
 {
   if (weights.size() != points.cols())
-    throw std::runtime_error("weights: not as many as quadrature points");
+    throw std::logic_error("set_weights: not as many weights as quadrature points");
   if (weights.size() > 0 && !(weights.minCoeff() >= 0. && weights.maxCoeff() <= 1. + 1e-12))
-    throw std::runtime_error("weights: must lie between 0 and 1");
+    throw std::logic_error("set_weights: weights must lie between 0 and 1");
   alpha = weights;
   build_kernel();
   compute_masses();
@@ -178,7 +184,7 @@ void ExplicitSolver<dim>::end_step(const double dt, const double time)
   double *v = velocity.data();
   const double *f = force.data();
 
-  // Work of the velocity boundaries: what their nodes gain in kinetic energy and pass on to the rest (trapezoidal rule).
+  // Work of the velocity boundaries: kinetic energy gained by their nodes and work done on the rest (trapezoidal rule).
   for (const PrescribedDof &dof : prescribed)
     boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
   boundary_work += 0.5 * dt * loads.power(time, v);
@@ -194,6 +200,17 @@ void ExplicitSolver<dim>::end_step(const double dt, const double time)
   }
   boundary_work += kinetic_energy_of_velocity_boundaries();
   last_dt = dt;
+  if (++n_steps % steps_between_checks == 0)
+    check_velocities();
+}
+
+template <int dim>
+void ExplicitSolver<dim>::check_velocities() const
+{
+  int finite = velocity.head(space.n_owned_dofs()).allFinite();
+  MPI_Allreduce(MPI_IN_PLACE, &finite, 1, MPI_INT, MPI_MIN, space.comm);
+  if (!finite)
+    throw Unstable("the velocities of the finite elements are not finite");
 }
 
 template <int dim>
@@ -223,11 +240,11 @@ void ExplicitSolver<dim>::set_window(const std::vector<int> &nodes)
   for (const int node : nodes)
   {
     if (node < 0 || node >= space.mesh.n_nodes())
-      throw std::runtime_error("window: the mesh has no node " + std::to_string(node));
+      throw std::logic_error("set_window: the mesh has no node " + std::to_string(node));
     if (space.is_slave(node))
-      throw std::runtime_error("window: node " + std::to_string(node) + " is a slave, ask for its masters");
+      throw std::logic_error("set_window: node " + std::to_string(node) + " is a slave, ask for its masters");
   }
-  window = std::make_unique<NodalWindow<dim>>(space, nodes);
+  nodal_window = std::make_unique<NodalWindow<dim>>(space, nodes);
 }
 
 template <int dim>
@@ -251,7 +268,7 @@ const double *ExplicitSolver<dim>::owned_values(const NodalField field) const
 template <int dim>
 void ExplicitSolver<dim>::read_window(const NodalField field, Eigen::Matrix3Xd &values) const
 {
-  window->read(owned_values(field), values);
+  nodal_window->read(owned_values(field), values);
   if (field == NodalField::mass)
     values.row(2) = values.row(0);
 }
@@ -259,9 +276,9 @@ void ExplicitSolver<dim>::read_window(const NodalField field, Eigen::Matrix3Xd &
 template <int dim>
 void ExplicitSolver<dim>::add_window_forces(const Eigen::Matrix3Xd &forces)
 {
-  if (forces.cols() != window->n_nodes())
-    throw std::runtime_error("window forces: not as many as window nodes");
-  window->add(forces, force.data());
+  if (forces.cols() != nodal_window->n_nodes())
+    throw std::logic_error("add_window_forces: not as many forces as nodes of the window");
+  nodal_window->add(forces, force.data());
 }
 
 template <int dim>
@@ -278,14 +295,14 @@ void ExplicitSolver<dim>::add_surface_forces(const Eigen::Matrix3Xd &forces, con
   const std::vector<int> &dofs = surface.owned_dofs();
   for (std::size_t k = 0; k < dofs.size(); ++k)
     load[k] -= force[dofs[k]];
-  // Ghost entries are zero since the last sum_up(), so this adds the new contributions alone to their owners.
+  // Copies are zero since the last sum_up(), so only the new contributions are added to their owners.
   surface.add_forces(forces, force.data());
   space.sum_up(force);
   for (std::size_t k = 0; k < dofs.size(); ++k)
     load[k] += force[dofs[k]];
 }
 
-/// Half of the trapezoidal rule: the forces of this time level over half of the way at the present half-step velocity.
+/// Half of the trapezoidal rule: forces of this time level times half of the drift at the present half-step velocity.
 template <int dim>
 void ExplicitSolver<dim>::add_surface_work(const double dt)
 {
@@ -299,7 +316,7 @@ template <int dim>
 void ExplicitSolver<dim>::set_state(const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v)
 {
   if (u.cols() != space.mesh.n_nodes() || v.cols() != space.mesh.n_nodes())
-    throw std::runtime_error("state: not as many values as nodes");
+    throw std::logic_error("set_state: not as many values as nodes");
   for (std::size_t i = 0; i < space.owned_nodes.size(); ++i)
     for (int c = 0; c < dim; ++c)
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What the solver computes on demand: stresses, stable step, output.
+// Results that the solver computes on demand: stresses, stable step, output.
 #include "fem_side/solver/explicit_solver.h"
 #include "fem_side/solver/largest_eigenvalue.h"
 #include "fem_side/solver/stress_recovery.h"
@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
 
 namespace kerf::fem
 {
@@ -160,7 +161,7 @@ std::vector<CellStiffness> ExplicitSolver<dim>::cell_stiffness(const std::vector
   {
     const auto owned = std::find(space.owned_cells.begin(), space.owned_cells.end(), cells[k]);
     if (owned == space.owned_cells.end())
-      throw std::runtime_error("cell stiffness: this rank does not own cell " + std::to_string(cells[k]));
+      throw std::logic_error("cell_stiffness: this rank does not own cell " + std::to_string(cells[k]));
     std::array<int, n> first_dofs;
     for (int q = 0; q < n; ++q)
     {
@@ -243,7 +244,7 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
   for (const auto &[name, values] : cell_fields)
   {
     if (values.size() != n_cells)
-      throw std::runtime_error("cell field '" + name + "': not as many values as mesh cells");
+      throw std::logic_error("write_vtu: cell field '" + name + "': not as many values as mesh cells");
     content.cell_data.emplace_back(name, values);
   }
   write_vtu_file<dim>(space, path, content);

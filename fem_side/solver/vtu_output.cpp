@@ -30,7 +30,7 @@ LibraryVector library_vector(const NodalSpace<dim> &space, const NodalVector &va
   return result;
 }
 
-/// The components as vectors of dim components a node: that is what there are numbers for.
+/// The components as vectors with dim components a node, because degrees of freedom exist for such vectors only.
 template <int dim>
 std::vector<LibraryVector> nodal_vectors(const NodalSpace<dim> &space, const Eigen::Matrix<double, 6, Eigen::Dynamic> &values)
 {

@@ -8,8 +8,8 @@
 
 namespace kerf::fem
 {
-/// What goes into one VTU file beside the mesh. Cell data have one entry for every cell of the mesh; only those of owned cells
-/// are read.
+/// Contents of a VTU file besides the mesh. Cell data have one entry for every cell of the mesh; entries of cells that this
+/// rank does not own are ignored.
 struct VtuContent
 {
   const NodalVector &displacement; ///< slaves up to date [m]
