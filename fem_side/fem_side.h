@@ -6,21 +6,31 @@
 #include <functional>
 #include <memory>
 #include <mpi.h>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
-/// The continuum: explicit dynamics of elastic rock on finite elements. Plain C++ and Eigen types only; vectors always have
-/// three components (z = 0 in two dimensions), SI units, two dimensions mean plane strain per metre of thickness.
+/// The continuum: explicit dynamics of elastic rock on finite elements. The interface has plain C++ and Eigen types only. Units
+/// are SI. Vectors always have three components; z = 0 in two dimensions, which mean plane strain per metre of thickness.
+///
+/// Errors are of three kinds. Settings that cannot be used throw std::invalid_argument with one line for the user. A motion
+/// that left the physical range throws Unstable. Misuse of the interface throws std::logic_error.
 namespace kerf::fem
 {
+/// The motion left the physical range, because the step was too large or the loads were.
+struct Unstable : std::runtime_error
+{
+  using std::runtime_error::runtime_error;
+};
+
 enum class MeshShape
 {
   box, ///< structured, may be graded
   disc ///< the circle inscribed in the box, in three dimensions a cylinder along z
 };
 
-/// Cells that meet this box are halved along every axis this many times; cells around it follow so that neighbours differ by
-/// one halving at most.
+/// Cells that meet this box are halved along every axis this many times. Cells around it are halved too, so that neighbours
+/// differ by one halving at most.
 struct RefinedBox
 {
   Eigen::Vector3d lower = Eigen::Vector3d::Zero(); ///< [m]
@@ -28,7 +38,7 @@ struct RefinedBox
   int levels = 1;
 };
 
-/// Mesh of the rock: a gmsh file, or a shape.
+/// Mesh of the rock: a gmsh file or a shape.
 struct MeshSettings
 {
   std::string gmsh_file; ///< .msh file; empty: shape
@@ -37,27 +47,28 @@ struct MeshSettings
   Eigen::Vector3d lower = Eigen::Vector3d::Zero(); ///< box corner [m]
   Eigen::Vector3d upper = Eigen::Vector3d::Zero(); ///< box corner [m]
   double cell_size = 0.;                           ///< cell size, inside the fine zone if there is one [m]
-  Eigen::Vector3d fine_lower = Eigen::Vector3d::Zero();   ///< fine zone corner [m]; fine_lower == fine_upper: uniform
-  Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero();   ///< fine zone corner [m]
-  double growth = 1.;                                     ///< ratio of neighbouring cell sizes outside the fine zone, >= 1
-  double largest_cell_size = 0.;                          ///< upper bound of the graded size [m]; 0: none
-  std::vector<RefinedBox> refined;                        ///< local refinement with hanging nodes, of any mesh
-  std::array<bool, 3> periodic = {{false, false, false}}; ///< axes across which the mesh repeats itself: no boundary there
+  Eigen::Vector3d fine_lower = Eigen::Vector3d::Zero(); ///< fine zone corner [m]; fine_lower == fine_upper: uniform
+  Eigen::Vector3d fine_upper = Eigen::Vector3d::Zero(); ///< fine zone corner [m]
+  double growth = 1.;                                   ///< ratio of neighbouring cell sizes outside the fine zone, >= 1
+  double largest_cell_size = 0.;                        ///< upper bound of the graded size [m]; 0: none
+  std::vector<RefinedBox> refined;                      ///< local refinement with hanging nodes, of any mesh
+  std::array<bool, 3> periodic = {
+    {false, false, false}}; ///< axes across which the mesh repeats itself; sides across them are no boundary
 };
 
 /// Measure of the strain.
 enum class Strain
 {
   finite, ///< Green's strain (total Lagrangian, St. Venant-Kirchhoff): any displacement and rotation
-  small   ///< linear, cheaper: rotations and strains far below one
+  small   ///< linear and cheaper, for rotations and strains far below one
 };
 
 /// How stresses are integrated over a cell.
 enum class Integration
 {
-  full,      ///< Gauss points, 2 a direction
-  selective, ///< the same with the cell's mean volumetric strain (B-bar): does not lock when nearly incompressible
-  one_point  ///< mean gradient and elastic hourglass control: cheapest, bends without locking
+  full,      ///< two Gauss points in each direction
+  selective, ///< the same with the cell's mean volumetric strain (B-bar, Hughes 1980); does not lock when nearly incompressible
+  one_point  ///< mean gradient and elastic hourglass control (Flanagan & Belytschko 1981); cheapest, does not lock in bending
 };
 
 /// Isotropic linear-elastic rock (St. Venant-Kirchhoff in finite strain).
@@ -81,7 +92,7 @@ enum class BoundaryKind
   velocity, ///< all velocity components prescribed, reached by a smooth ramp
   traction, ///< given traction per reference area, reached by a smooth ramp
   in_situ,  ///< traction that holds the initial stress, from the start
-  absorbing ///< viscous (Lysmer-Kuhlemeyer 1969): traction -rho (c_p v_n + c_s v_t), and that of kind in_situ
+  absorbing ///< viscous traction -rho (c_p v_n + c_s v_t) (Lysmer & Kuhlemeyer 1969) and the traction of kind in_situ
 };
 
 /// 0 before time zero, then a half cosine up to 1 within @p ramp [s].
@@ -90,7 +101,7 @@ double smooth_start(double time, double ramp);
 struct BoundaryCondition
 {
   int id = 0;        ///< boundary id; box: 0 left, 1 right, 2 bottom, 3 top (3D: 4 back, 5 front); disc: 0 rim (3D: 4, 5)
-  std::string where; ///< instead of the id: expression of x, y, z [m] that the centres of the faces fulfil, e.g. "y < 1e-6"
+  std::string where; ///< instead of the id: condition on x, y, z [m] of the faces' centres, e.g. "y < 1e-6"
   BoundaryKind kind = BoundaryKind::free;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< [m/s], kind velocity only
   Eigen::Vector3d traction = Eigen::Vector3d::Zero(); ///< [Pa], kind traction only
@@ -112,8 +123,8 @@ struct Settings
   std::vector<BoundaryCondition> boundary_conditions; ///< faces without an entry are free
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< [m/s^2]
   double gravity_ramp = 0.;                           ///< duration of its smooth start [s]
-  /// Cauchy stress in the body at the start [Pa], tension positive; the body starts deformed by initial_state(), in two
-  /// dimensions with the out-of-plane stress of plane strain.
+  /// Cauchy stress in the body at the start [Pa], tension positive. The body starts deformed by initial_state(). In two
+  /// dimensions the out-of-plane stress is that of plane strain.
   Eigen::Matrix3d initial_stress = Eigen::Matrix3d::Zero();
   double surface_spacing = 0.; ///< largest distance of surface_points() [m]; 0: Gauss points of the faces
 };
@@ -126,8 +137,8 @@ struct BoundaryFace
   std::array<int, 4> nodes = {{-1, -1, -1, -1}}; ///< 2 (2D) or 4 (3D) node numbers
 };
 
-/// A node without freedom of its own: it moves with its masters, u_s = sum_k w_k u_k, and what it carries of force and mass
-/// goes to them with the same weights (hanging node of a locally refined mesh, image of a node across a periodic axis).
+/// A node without degrees of freedom of its own: a hanging node of a locally refined mesh or the image of a node across a
+/// periodic axis. It moves with its masters, u_s = sum_k w_k u_k. Its force and mass go to them with the same weights.
 struct SlaveNode
 {
   int node = -1;
@@ -151,16 +162,16 @@ struct Mesh
   int n_nodes() const { return static_cast<int>(nodes.cols()); }
 };
 
-/// How the corners of a cell move: by the nodes that have freedom of their own.
+/// Motion of the corners of a cell in terms of nodes that have degrees of freedom.
 struct CellMotion
 {
   std::vector<int> nodes; ///< the corners in their order, with masters in place of slaves; each once
-  Eigen::MatrixXd share;  ///< of the motion of each corner (row) that each of the nodes gives
+  Eigen::MatrixXd share;  ///< u_corner = sum over nodes of share(corner, node) u_node
 };
 CellMotion cell_motion(const Mesh &mesh, int cell);
 
-/// A point of the reference configuration seen by its cell: u(X) = sum_a N_a u_a, grad u = sum_a u_a (x) dN_a. The nodes are
-/// those of the cell with their masters in place of slaves, so that mass and forces never meet a slave.
+/// Interpolation at a point of the reference configuration: u(X) = sum_a N_a u_a, grad u = sum_a u_a (x) dN_a. The nodes are
+/// those of the cell, with masters in place of slaves.
 struct Interpolation
 {
   int cell = -1; ///< -1: outside the mesh
@@ -187,7 +198,7 @@ struct CellStress
   Eigen::Matrix<double, 6, Eigen::Dynamic> sigma; ///< xx, yy, zz, yz, xz, xy [Pa], tension positive, not weighted
 };
 
-/// Tangent stiffness of one cell at rest, weighted: dofs are component c of corner a at dim * a + c.
+/// Weighted tangent stiffness of one undeformed cell. Component c of corner a has number dim * a + c.
 using CellStiffness = Eigen::MatrixXd;
 
 /// Integration points of outer boundary faces of weighted cells owned by this rank, in the current configuration.
@@ -196,25 +207,26 @@ struct SurfacePoints
   Eigen::Matrix3Xd position; ///< [m]
   Eigen::Matrix3Xd velocity; ///< [m/s]
   Eigen::VectorXd area;      ///< alpha-weighted reference area of the point [m^2] (2D: [m] per metre)
-  Eigen::Matrix3Xd normal;   ///< outer
-  Eigen::VectorXd weight;    ///< alpha, mean of the cell behind the face [-]
+  Eigen::Matrix3Xd normal;   ///< outer unit normal
+  Eigen::VectorXd weight;    ///< mean alpha of the cell behind the face [-]
 };
 
-/// Where forces on the surface come from: their work is counted apart.
+/// Source of forces on the surface. The work of each source is counted apart.
 enum class SurfaceLoad
 {
   tool,
-  loose ///< particles that have come off the rock
+  debris,        ///< particles that have come off the rock
+  loose = debris ///< former name
 };
 
-/// Tells whether anything within @p radius of @p centre can matter [m].
+/// True if the ball of @p radius about @p centre [m] may hold a point of interest.
 using NearTest = std::function<bool(const Eigen::Vector3d &centre, double radius)>;
 
 struct Energies
 {
   double kinetic = 0.; ///< weighted [J]
-  /// What a finite step adds to it, -dt^2/8 sum f^2/m over free components: m/2 v^{n-1/2} v^{n+1/2} grows by exactly the work
-  /// of all forces by the trapezoidal rule, so balances of energy hold with it [J].
+  /// Correction for the finite step, -dt^2/8 sum f^2/m over free components [J]. With it kinetic energy is
+  /// m/2 v^{n-1/2} v^{n+1/2}, which grows by exactly the work of all forces by the trapezoidal rule.
   double finite_step = 0.;
   double elastic = 0.;  ///< weighted [J]
   double boundary = 0.; ///< work done on the rock by velocity boundaries, tractions and gravity since the start [J]
@@ -222,89 +234,104 @@ struct Energies
   std::array<double, 2> surface = {{0., 0.}}; ///< work of each SurfaceLoad since the start (trapezoidal rule) [J]
 };
 
-/// One explicit step (velocity Verlet = central differences, Verlet with lumped mass) is
-/// begin_step(dt); compute_forces(t); ...forces added from outside...; end_step(dt).
-/// All functions are collective unless stated; energies and steps are the same on every rank.
-class FemSide
+/// Contact of the outer boundary with other bodies: all that tools and debris need of the finite elements.
+class SurfaceContact
 {
 public:
-  virtual ~FemSide() = default;
+  virtual ~SurfaceContact() = default;
 
-  virtual const Mesh &mesh() const = 0;
-
-  /// Reference coordinates of the quadrature points of the cells this rank owns, n_q = 2^dim points a cell,
-  /// column = local_cell * n_q + q. Not collective.
-  virtual const Eigen::Matrix3Xd &quadrature_points() const = 0;
-  virtual const std::vector<int> &owned_cells() const = 0;
-
-  /// Where points [m] of the reference configuration lie (points on a face: any of its cells), across periodic axes they or
-  /// their images. Not collective.
-  virtual std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const = 0;
-
-  /// Weight alpha in [0,1] at every quadrature point (same order as quadrature_points()). A cell whose points are all
-  /// zero is switched off. Recomputes the lumped masses; nodes without mass stop moving. Kinematics are untouched.
-  /// Starts with 1 everywhere.
-  virtual void set_weights(const Eigen::VectorXd &alpha) = 0;
-  virtual int n_active_cells() const = 0; ///< over all ranks
-
-  /// v += dt/2 f/M, u += dt v; @p time is that of the new positions (for prescribed velocities).
-  virtual void begin_step(double dt, double time) = 0;
-  /// f = -f_int(u) + boundary forces; anything added before is lost.
-  virtual void compute_forces() = 0;
-  /// v += dt/2 f/M, with prescribed velocities enforced.
-  virtual void end_step(double dt, double time) = 0;
-
-  /// Chooses the nodes whose values this rank wants to read and push, wherever they are owned.
-  virtual void set_window(const std::vector<int> &nodes) = 0;
-  /// Values of the window nodes, 3 x n_window, in the order given to set_window().
-  virtual void read_window(NodalField field, Eigen::Matrix3Xd &values) const = 0;
-  /// Adds forces [N] to the window nodes; the exact transpose of read_window().
-  virtual void add_window_forces(const Eigen::Matrix3Xd &forces) = 0;
-
-  /// Points of the outer boundary that lie in the box [lower, upper] [m] (current positions, whole faces), on faces whose
-  /// enclosing ball is @p near; without a test on all of them. Not collective.
+  /// Points of the outer boundary that lie in the box [lower, upper] [m]. Positions are current and faces are taken whole. Only
+  /// faces whose enclosing ball is @p near are searched; without a test all of them are. Not collective.
   virtual void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, const NearTest &near,
                               SurfacePoints &points) const = 0;
-  /// Adds forces [N] at the points of the last surface_points() call. Collective.
+  /// Adds forces [N], 3 x the number of points of the last surface_points() call on this rank. Throws std::logic_error on any
+  /// other number. Collective.
   virtual void add_surface_forces(const Eigen::Matrix3Xd &forces, SurfaceLoad source) = 0;
-
-  virtual CellStress cell_stress() const = 0;
-
-  /// Sets displacement [m] and velocity [m/s] of all nodes from functions of the reference position (initial conditions,
-  /// tests).
-  virtual void set_state(const Eigen::Matrix3Xd &displacement, const Eigen::Matrix3Xd &velocity) = 0;
-  /// All nodal values, gathered on every rank (output, tests): 3 x n_nodes. Masses and forces of slaves are zero, as their
-  /// masters have them.
-  virtual Eigen::Matrix3Xd gather(NodalField field) const = 0;
-
-  virtual Energies energies() const = 0;
-  /// Stiffness of @p cells that this rank owns, for the present weights, in the reference configuration [N/m]; cells that are
-  /// switched off give zero. Not collective.
-  virtual std::vector<CellStiffness> cell_stiffness(const std::vector<int> &cells) const = 0;
-  /// Largest stable step of central differences for the present weights: 2/omega_max by power iteration [s].
-  virtual double stable_step() const = 0;
-
-  /// Writes one VTU file for all ranks: displacement, velocity, stress, alpha, user cell fields.
-  /// @p cell_fields: name and one value for every mesh cell.
-  virtual void write_vtu(const std::string &path,
-                         const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const = 0;
 };
 
-/// Faces that a condition selects, one flag for each of mesh.boundary. Throws std::runtime_error with one line when there is
-/// none or the expression cannot be understood.
+/// The solver of the continuum. One explicit step (velocity Verlet with lumped mass, Belytschko, Liu & Moran 2000, ch. 6) is
+/// begin_step(dt, t); compute_forces(); ...forces added from outside...; end_step(dt, t).
+///
+/// All functions are collective unless stated. Energies and steps are the same on every rank. Misuse, such as a vector of the
+/// wrong size, throws std::logic_error.
+class FemSide : public SurfaceContact
+{
+public:
+  // ---- Mesh: fixed in the reference configuration. Not collective.
+
+  virtual const Mesh &mesh() const = 0;
+  virtual const std::vector<int> &owned_cells() const = 0; ///< of this rank, by their numbers in the mesh
+  /// Reference coordinates of the quadrature points of the owned cells [m]. A cell has n_q = 2^dim points. Point q of cell
+  /// owned_cells()[c] is column c * n_q + q.
+  virtual const Eigen::Matrix3Xd &quadrature_points() const = 0;
+  /// Cells and shape functions of points of the reference configuration [m]. A point on a face belongs to the cell with the
+  /// lowest number. Across periodic axes a point may be replaced by its image. Outside the mesh cell = -1.
+  virtual std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const = 0;
+
+  // ---- Weights: the share of the continuum where models overlap.
+
+  /// Weight alpha in [0, 1] at every quadrature point, in the order of quadrature_points(); 1 at the start. A cell whose points
+  /// are all zero is switched off. Lumped masses are computed anew. Nodes without mass stop moving; displacements stay.
+  virtual void set_weights(const Eigen::VectorXd &alpha) = 0;
+  virtual int n_active_cells() const = 0; ///< over all ranks. Not collective.
+
+  // ---- Time step.
+
+  /// v += dt/2 f/M, then u += dt v. @p dt [s]; @p time [s] is that of the new positions, for prescribed velocities.
+  virtual void begin_step(double dt, double time) = 0;
+  /// f = -f_int(u) + loads on the boundary and weight. Forces that were added before are lost.
+  virtual void compute_forces() = 0;
+  /// v += dt/2 f/M with prescribed velocities enforced. Throws Unstable on every rank when velocities are no longer finite,
+  /// which is looked at from time to time only.
+  virtual void end_step(double dt, double time) = 0;
+  /// Largest stable step of central differences for the present weights [s]: 2/omega_max by Lanczos' method.
+  virtual double stable_step() const = 0;
+
+  // ---- Nodal window: chosen nodes whose values go out and forces come in.
+
+  /// Chooses the nodes that this rank reads and loads, whichever rank owns them. Slaves cannot be chosen.
+  virtual void set_window(const std::vector<int> &nodes) = 0;
+  /// Values of the nodal window, 3 x n_window, in the order given to set_window().
+  virtual void read_window(NodalField field, Eigen::Matrix3Xd &values) const = 0;
+  /// Adds forces [N], 3 x n_window, to the nodal window. This is the exact transpose of read_window().
+  virtual void add_window_forces(const Eigen::Matrix3Xd &forces) = 0;
+
+  // ---- Fields: state in, results out.
+
+  /// Sets displacement [m] and velocity [m/s] of all nodes, each 3 x n_nodes and the same on every rank.
+  virtual void set_state(const Eigen::Matrix3Xd &displacement, const Eigen::Matrix3Xd &velocity) = 0;
+  /// All nodal values on every rank, 3 x n_nodes. Masses and forces of slaves are zero because their masters carry them.
+  virtual Eigen::Matrix3Xd gather(NodalField field) const = 0;
+  virtual CellStress cell_stress() const = 0;
+  /// Stiffness of @p cells that this rank owns, for the present weights, in the reference configuration [N/m]. Cells that are
+  /// switched off give zero. Not collective.
+  virtual std::vector<CellStiffness> cell_stiffness(const std::vector<int> &cells) const = 0;
+  /// Writes one VTU file for all ranks: displacement, velocity, stress, alpha, and @p cell_fields, each of which has a name and
+  /// one value for every cell of the mesh.
+  virtual void write_vtu(const std::string &path,
+                         const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const = 0;
+
+  // ---- Energy.
+
+  virtual Energies energies() const = 0;
+};
+
+/// Faces that a condition selects, one flag for each of mesh.boundary. Throws std::invalid_argument with one line when it
+/// selects none or its expression cannot be parsed.
 std::vector<char> selected_faces(const Mesh &mesh, const BoundaryCondition &condition);
 
-/// The homogeneous deformation that carries Settings::initial_stress: u = gradient (X - anchor), the anchor being the middle of
+/// The homogeneous deformation that carries Settings::initial_stress: u = gradient (X - anchor). The anchor is the middle of
 /// the mesh's top side (largest y), where tools come from.
 struct InitialState
 {
   Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();    ///< du/dX, symmetric [-]
   Eigen::Matrix3d first_piola = Eigen::Matrix3d::Zero(); ///< its traction on a face is first_piola times the outer normal [Pa]
 };
-/// Throws std::runtime_error with one line when the material cannot carry the stress.
+/// Throws std::invalid_argument with one line when the material cannot carry the stress.
 InitialState initial_state(const Settings &settings);
 
-/// Builds the mesh and the solver. Throws std::runtime_error with one line on a mesh that cannot be used.
+/// Builds the mesh and the solver. Throws std::invalid_argument with one line on settings or a mesh that cannot be used.
+/// Collective.
 std::unique_ptr<FemSide> make_fem_side(const Settings &settings);
 
 /// Version string of the finite-element library.

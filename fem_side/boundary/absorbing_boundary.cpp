@@ -31,7 +31,7 @@ void AbsorbingBoundary<dim>::assemble(const NodalSpace<dim> &space, const Surfac
     return;
   std::array<NodalVector, dim> rows;
   for (NodalVector &row : rows)
-    row.reinit(space.partitioner);
+    row = space.zero_vector();
   const double normal_impedance = material.density * material.speed_p();
   const double tangential_impedance = material.density * material.speed_s();
   for (const SurfaceFace<dim> &face : surface.all_faces())
@@ -46,7 +46,7 @@ void AbsorbingBoundary<dim>::assemble(const NodalSpace<dim> &space, const Surfac
       for (int a = 0; a < SurfaceFace<dim>::n; ++a)
         for (int r = 0; r < dim; ++r)
           for (int c = 0; c < dim; ++c)
-            rows[r].local_element(face.dofs[a] + c) += N[a] * face.alpha * face.area[p] * impedance(r, c);
+            rows[r][face.dofs[a] + c] += N[a] * face.alpha * face.area[p] * impedance(r, c);
     }
   }
   for (NodalVector &row : rows)
@@ -59,11 +59,11 @@ void AbsorbingBoundary<dim>::assemble(const NodalSpace<dim> &space, const Surfac
   {
     Dashpot dashpot;
     dashpot.dof = dof;
-    dashpot.mass = mass.local_element(dof);
+    dashpot.mass = mass[dof];
     for (int r = 0; r < dim; ++r)
       for (int c = 0; c < dim; ++c)
         if (!held.count(dof + r) && !held.count(dof + c))
-          dashpot.C(r, c) = rows[r].local_element(dof + c);
+          dashpot.C(r, c) = rows[r][dof + c];
     if (dashpot.mass > 0. && dashpot.C.squaredNorm() > 0.)
       dashpots.push_back(dashpot);
   }

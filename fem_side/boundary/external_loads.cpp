@@ -39,11 +39,11 @@ void ExternalLoads<dim>::assemble(const NodalSpace<dim> &space, const Surface<di
     if (load.faces.empty())
     {
       for (int dof = 0; dof < space.n_owned_dofs(); ++dof)
-        if (mass.local_element(dof) > 0. && load.traction[dof % dim] != 0.)
-          load.forces.emplace_back(dof, mass.local_element(dof) * load.traction[dof % dim]);
+        if (mass[dof] > 0. && load.traction[dof % dim] != 0.)
+          load.forces.emplace_back(dof, mass[dof] * load.traction[dof % dim]);
       continue;
     }
-    NodalVector f(space.partitioner);
+    NodalVector f = space.zero_vector();
     for (const SurfaceFace<dim> &face : surface.all_faces())
       if (load.faces[face.number])
         for (int p = 0; p < SurfaceFace<dim>::n; ++p)
@@ -52,12 +52,12 @@ void ExternalLoads<dim>::assemble(const NodalSpace<dim> &space, const Surface<di
           const q1::Point<dim> force = face.alpha * face.area[p] * (load.traction + load.stress * face.normal[p]);
           for (int a = 0; a < SurfaceFace<dim>::n; ++a)
             for (int c = 0; c < dim; ++c)
-              f.local_element(face.dofs[a] + c) += N[a] * force[c];
+              f[face.dofs[a] + c] += N[a] * force[c];
         }
     space.sum_up(f);
     for (int dof = 0; dof < space.n_owned_dofs(); ++dof)
-      if (f.local_element(dof) != 0.)
-        load.forces.emplace_back(dof, f.local_element(dof));
+      if (f[dof] != 0.)
+        load.forces.emplace_back(dof, f[dof]);
   }
 }
 

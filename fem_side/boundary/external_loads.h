@@ -7,15 +7,16 @@
 
 namespace kerf::fem
 {
-/// Forces that do not depend on the motion: tractions on boundary faces, per reference area and fixed in direction, and weight.
+/// Forces that do not depend on the motion: weight, and tractions on boundary faces. Tractions refer to the reference area and
+/// keep their direction.
 template <int dim>
 class ExternalLoads
 {
 public:
-  /// @p first_piola: stress that the faces of kinds in_situ and absorbing hold [Pa]
+  /// @p first_piola: stress in equilibrium with the faces of kinds in_situ and absorbing [Pa]
   ExternalLoads(const Mesh &mesh, const Settings &settings, const Eigen::Matrix3d &first_piola);
 
-  /// Consistent nodal forces for the present weights of the faces; the weight of a node is its lumped mass. Collective.
+  /// Consistent nodal forces for the present weights of the faces. Gravity acts on the lumped masses. Collective.
   void assemble(const NodalSpace<dim> &space, const Surface<dim> &surface, const NodalVector &mass);
   /// Adds the forces at @p time [s] to the owned components.
   void add_forces(double time, double *f) const;

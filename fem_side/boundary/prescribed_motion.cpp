@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/boundary/prescribed_motion.h"
 
+#include "fem_side/mesh/face_geometry.h"
+
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -14,7 +16,7 @@ void check_kinds(const std::vector<BoundaryCondition> &conditions)
   std::set<std::pair<std::string, BoundaryKind>> used;
   for (const BoundaryCondition &condition : conditions)
     if (!used.insert({condition.name(), condition.kind}).second)
-      throw std::runtime_error("boundary condition: " + condition.name() + " is given twice");
+      throw std::invalid_argument("boundary condition: " + condition.name() + " is given twice");
 }
 
 /// The axis that all normals of the face are parallel to.
@@ -27,8 +29,8 @@ int roller_direction(const Mesh &mesh, const BoundaryFace &face, const BoundaryC
   {
     const q1::Point<dim> normal = q1::area_vector<dim>(X, q1::gauss_point<dim - 1>(point)).normalized();
     if (normal.cwiseAbs().maxCoeff(&direction) < 1. - 1e-8)
-      throw std::runtime_error("boundary condition: roller on " + condition.name() +
-                               ", which has faces that are not parallel to the axes");
+      throw std::invalid_argument("boundary condition: roller on " + condition.name() +
+                                  ", which has faces that are not parallel to the axes");
   }
   return direction;
 }
@@ -42,7 +44,7 @@ std::vector<PrescribedDof> prescribed_dofs(const NodalSpace<dim> &space, const s
   const auto prescribe = [&](const BoundaryCondition &condition, const BoundaryFace &face, const int first, const int last)
   {
     for (int a = 0; a < q1::n_nodes<dim - 1>; ++a)
-      if (space.owns(face.nodes[a]) && !space.is_slave(face.nodes[a])) // slaves lie between masters of the same side
+      if (space.owns(face.nodes[a]) && !space.is_slave(face.nodes[a])) // the masters of a slave lie on the same side
         for (int c = first; c < last; ++c)
         {
           const int dof = space.local_dof(face.nodes[a]) + c;

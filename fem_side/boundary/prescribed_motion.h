@@ -5,7 +5,7 @@
 
 namespace kerf::fem
 {
-/// A displacement component whose motion is given.
+/// A displacement component with prescribed motion.
 struct PrescribedDof
 {
   int dof = 0;                                  ///< local position among the owned components
@@ -13,10 +13,10 @@ struct PrescribedDof
   const BoundaryCondition *condition = nullptr; ///< velocity boundary; null: held
 };
 
-/// Prescribed components of the nodes this rank owns. Where boundaries meet, fixed wins over velocity, velocity over roller,
-/// and the first velocity boundary of the list over later ones. The conditions must outlive the result. Throws
-/// std::runtime_error with one line on conditions that select no face or are given twice and on rollers that are not parallel
-/// to the axes.
+/// Prescribed components of the nodes this rank owns. Where boundaries meet, fixed takes precedence over velocity,
+/// velocity over roller, and the first velocity boundary of the list over later ones. The conditions must outlive the result.
+/// Throws std::invalid_argument with one line on a condition that selects no face or occurs twice, and on rollers that are not
+/// parallel to the axes.
 template <int dim>
 std::vector<PrescribedDof> prescribed_dofs(const NodalSpace<dim> &space, const std::vector<BoundaryCondition> &conditions);
 } // namespace kerf::fem

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/boundary/surface.h"
 
+#include "fem_side/mesh/face_geometry.h"
+
 #include <cmath>
 #include <map>
 #include <set>
@@ -93,7 +95,7 @@ void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Ve
       continue;
     if (near)
     {
-      // A multilinear face lies within the hull of its nodes. A little more than the ball: a point on its rim counts.
+      // A multilinear face lies within the hull of its nodes. The ball is slightly larger so that points on its rim count.
       Eigen::Vector3d centre = Eigen::Vector3d::Zero();
       centre.template head<dim>() = x.rowwise().mean();
       const double radius = (x.colwise() - centre.template head<dim>()).colwise().norm().maxCoeff();
@@ -143,7 +145,7 @@ void Surface<dim>::add_forces(const Eigen::Matrix3Xd &forces, double *f) const
                    [&](const q1::Point<dim - 1> &xi, double)
                    {
                      if (point >= forces.cols())
-                       throw std::runtime_error("surface forces: not as many as surface points");
+                       throw std::logic_error("add_surface_forces: not as many forces as surface points");
                      const auto N = q1::shape_values<dim - 1>(xi);
                      for (int a = 0; a < n; ++a)
                        for (int c = 0; c < dim; ++c)
@@ -151,7 +153,7 @@ void Surface<dim>::add_forces(const Eigen::Matrix3Xd &forces, double *f) const
                      ++point;
                    });
   if (point != forces.cols())
-    throw std::runtime_error("surface forces: not as many as surface points");
+    throw std::logic_error("add_surface_forces: not as many forces as surface points");
 }
 
 template class Surface<2>;

@@ -17,11 +17,11 @@ struct SurfaceFace
   std::array<double, n> area;           ///< reference area of each point [m^2] (2D: [m] per metre)
   std::array<q1::Point<dim>, n> normal; ///< outer
   double alpha = 1.;                    ///< mean weight of the cell
-  double turn = 1.;                     ///< sign of the outer normal to that of the face's coordinates
+  double turn = 1.;                     ///< -1 if the face's coordinates give the inner normal
   int parts = 1;                        ///< contact points: Gauss points of this many parts along each direction of the face
 };
 
-/// The outer boundary of the owned cells as points that feel forces.
+/// Contact points on the outer boundary of the owned cells.
 template <int dim>
 class Surface
 {
@@ -32,16 +32,16 @@ public:
   Surface(const NodalSpace<dim> &space, double spacing);
 
   void set_weights(const Eigen::VectorXd &alpha);
-  /// Points of all weighted faces whose bounding box meets the box [lower, upper] [m] and whose enclosing ball is near, from
-  /// displacements and velocities with up-to-date ghosts. Remembers the points for add_forces().
+  /// Points of all weighted faces whose bounding box meets the box [lower, upper] [m] and whose enclosing ball is near. Copies
+  /// and slaves in displacements @p u [m] and velocities @p v [m/s] must be up to date. Remembers the points for add_forces().
   void find_points(const double *u, const double *v, const Eigen::Vector3d &lower, const Eigen::Vector3d &upper,
                    const NearTest &near, SurfacePoints &points) const;
-  /// Distributes forces [N] at the points of the last find_points() to nodes (owned and ghosts), consistently: the work of a
-  /// force on its point equals the work of the nodal forces.
+  /// Distributes forces [N] at the points of the last find_points() to nodes, also to copies. The work of a force on its point
+  /// equals the work of the nodal forces. Throws std::logic_error unless there is one force for each point.
   void add_forces(const Eigen::Matrix3Xd &forces, double *f) const;
 
   const std::vector<SurfaceFace<dim>> &all_faces() const { return faces; }
-  /// Components of this rank's own nodes that surface forces can reach, wherever the faces are owned.
+  /// Owned components that surface forces can reach, also from faces of other ranks.
   const std::vector<int> &owned_dofs() const { return surface_dofs; }
 
 private:

@@ -5,7 +5,7 @@
 
 namespace kerf::fem
 {
-/// Edges parallel to the axes: the same with everything that is zero left out.
+/// Cells with edges parallel to the axes: ShapedOnePoint without the terms that are zero.
 template <int dim>
 class BoxOnePoint
 {

@@ -8,10 +8,10 @@
 
 namespace kerf::fem
 {
-/// A batch is as many cells as there are lanes. Inside a batch a field is given by its coefficients c_m of the monomials,
-/// scaled so that 2^dim times its derivative along xi_d is the sum of +-c_m at every Gauss point: coefficient m is 2^dim
-/// gauss^(|m| - 1) times that of the monomial, |m| the number of its factors. Positions are given alike, so that 2^dim cancels
-/// in gradients.
+/// A batch has as many cells as there are lanes. Inside a batch a field is represented by coefficients c_m of the monomials.
+/// They are scaled so that 2^dim times the derivative along xi_d is a sum of +-c_m at every Gauss point: coefficient m is 2^dim
+/// gauss^(|m| - 1) times that of monomial m, which has |m| factors. Positions are represented alike, so that 2^dim cancels in
+/// gradients.
 constexpr double monomial_scale(const int mask)
 {
   double scale = 1.;
@@ -20,12 +20,12 @@ constexpr double monomial_scale(const int mask)
   return scale;
 }
 
-/// Bit @p d taken out of @p index.
+/// @p index without its bit @p d.
 constexpr int without_bit(const int index, const int d)
 {
   return (index & ((1 << d) - 1)) | (index >> (d + 1) << d);
 }
-/// A one put in as bit @p d: the monomial whose derivative along xi_d is @p rest.
+/// @p rest with a one inserted as bit @p d: the monomial whose derivative along xi_d is @p rest.
 constexpr int with_bit(const int rest, const int d)
 {
   return (rest & ((1 << d) - 1)) | 1 << d | rest >> d << (d + 1);
@@ -94,7 +94,7 @@ struct BatchPositions
   }
 };
 
-/// Batches of cells, or of what else has @p n_nodes nodes, that fill up lane by lane.
+/// Batches of cells or patches with @p n_nodes nodes, filled lane by lane.
 template <int n_nodes, typename Geometry>
 struct LaneList
 {
@@ -111,8 +111,8 @@ struct LaneList
     batches.clear();
     n_added = 0;
   }
-  /// @p set(geometry, lane, unused): writes a lane. The first one fills all lanes of a batch, without weight where unused:
-  /// lanes that stay unused then add zeros to valid nodes.
+  /// @p set(geometry, lane, unused) writes a lane. The first cell of a batch fills all its lanes, without weight where unused,
+  /// so that unused lanes add zeros to valid nodes.
   template <typename Set>
   void add(const int (&offset)[n_nodes], const Set &set)
   {
@@ -127,7 +127,7 @@ struct LaneList
       set(batch.geometry, l, l != lane);
     }
   }
-  /// Asks for a batch in time, or for one of several parts of it; places behind the last one do no harm.
+  /// Prefetches a batch, or one of @p n_parts parts of it. Addresses beyond the last batch do no harm.
   static void prefetch(const Batch *batch, const int part = 0, const int n_parts = 1)
   {
     const std::size_t n_lines = (sizeof(Batch) + 63) / 64, size = (n_lines + n_parts - 1) / n_parts * 64;

@@ -11,8 +11,8 @@
 
 namespace kerf::fem
 {
-/// Internal forces of a set of weighted cells, as many cells at a time as the host has lanes. Nodal vectors are arrays with dim
-/// consecutive components a node.
+/// Internal forces of a set of weighted cells. It works on as many cells at a time as the host has SIMD lanes. Nodal vectors
+/// are arrays with dim consecutive components a node.
 template <int dim>
 class CellKernel
 {
@@ -49,13 +49,13 @@ private:
   Strain strain;
   Integration integration;
   FullIntegration<dim> full_integration;
-  /// Arranged at their first use; cells that are added later are arranged apart.
+  /// Each is arranged at its first use; cells that are added later go to a new one.
   mutable std::vector<OnePointIntegration<dim>> one_point_integration;
   int n_added = 0;
 
-  // Nodes of the cells in the order of the cells, so that what is needed together lies together.
+  // Nodes in the order of the cells, so that the nodes of a cell are close in memory.
   std::vector<int> node_dofs;     ///< first component in the caller's vectors
-  std::vector<int> node_places;   ///< the other way round, by component / dim; -1: not a node of these cells
+  std::vector<int> node_places;   ///< the inverse of node_dofs, by component / dim; -1: not a node of these cells
   mutable NodalArray node_values; ///< displacement and force of each node, see node_stride
 };
 } // namespace kerf::fem

@@ -5,8 +5,8 @@
 
 namespace kerf::fem
 {
-/// A patch is the 2^dim cells around a node: a grid of 3^dim nodes, of which a lane reads and writes each once and not once a
-/// cell. Cells and nodes of the grid are numbered with x fastest.
+/// A patch consists of the 2^dim cells around a node and has a grid of 3^dim nodes. A lane reads and writes each node once, not
+/// once a cell. Cells and nodes of the grid are numbered with x fastest.
 template <int dim>
 struct Patch
 {
@@ -68,8 +68,9 @@ struct PatchList : LaneList<Patch<dim>::n_nodes, Geometry>
   using typename LaneList<Patch<dim>::n_nodes, Geometry>::Batch;
   static constexpr int n = q1::n_nodes<dim>;
 
-  /// @p forces.add(geometry[k], read, add) is given the monomials of cell k component by component by read(component, c), so
-  /// that there is room for them in registers, and adds its forces alike. @p before and @p after are called around each batch.
+  /// @p forces.add(geometry[k], read, add) computes the forces of cell k. It gets the monomials of one component at a time by
+  /// read(component, c), so that they fit into registers, and returns forces likewise by add. @p before and @p after are called
+  /// around each batch.
   template <typename Forces, typename Before, typename After>
   void add_forces(const double *u, double *f, const Forces &forces, const Before &before, const After &after) const
   {
@@ -81,7 +82,7 @@ struct PatchList : LaneList<Patch<dim>::n_nodes, Geometry>
 #pragma GCC unroll 1
       for (int k = 0; k < Patch<dim>::n_cells; ++k)
       {
-        // A part at a time: all at once would have to wait.
+        // In parts, because a prefetch of the whole batch would stall.
         this->prefetch(&batch + 1, k, Patch<dim>::n_cells);
         forces.add(
           batch.geometry[k], [&](const int i, Lanes(&c)[n]) __attribute__((always_inline)) { read_cell<dim>(v, k, i, c); },

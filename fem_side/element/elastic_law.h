@@ -76,7 +76,7 @@ struct FiniteStrain
   }
 };
 
-/// The limit of small displacements and rotations: all stresses are the same.
+/// The limit of small displacements and rotations, in which all measures of stress are equal.
 struct SmallStrain
 {
   static constexpr bool linear = true;

@@ -7,7 +7,7 @@ namespace kerf::fem
 {
 namespace
 {
-/// Cells of a patch meet in the same nodes, at the same places.
+/// True if cells of the patch share nodes and positions where they meet.
 template <int dim>
 bool is_grid(const std::vector<NumberedCell<dim>> &cells, const std::array<int, Patch<dim>::n_cells> &patch)
 {
@@ -51,7 +51,7 @@ std::vector<std::array<int, Patch<dim>::n_cells>> find_patches(const std::vector
   std::vector<std::array<int, n>> patches;
   std::vector<char> taken(cells.size(), 0);
   for (std::size_t c = 0; c < cells.size(); ++c)
-    // The last node first: structured meshes get all patches from it.
+    // The last node first: in structured meshes it gives all patches.
     for (int a = n - 1; a >= 0 && !taken[c]; --a)
     {
       const std::array<int, n> &patch = around[cells[c].node[a]];

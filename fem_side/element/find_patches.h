@@ -16,8 +16,8 @@ struct NumberedCell
   q1::NodalValues<dim> X; ///< [m]
 };
 
-/// Groups of 2^dim of the @p cells that form patches, in the order of their first cells; no cell is in two of them. A patch
-/// needs a node that has exactly one cell on each side, cells that agree in their numbering and in all positions.
+/// Groups of 2^dim of the @p cells that form patches, in the order of their first cells. No cell is in two patches. A patch
+/// needs a node with exactly one cell on each side, and cells that agree in their numbering and in all positions.
 template <int dim>
 std::vector<std::array<int, Patch<dim>::n_cells>> find_patches(const std::vector<NumberedCell<dim>> &cells, int n_nodes);
 } // namespace kerf::fem

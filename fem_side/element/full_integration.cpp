@@ -25,7 +25,7 @@ template <int dim, typename Law, typename Geometry>
     sum += point.weight * Law::template dilatation<dim>(H);
     total_weight += point.weight;
   }
-  // Unused lanes have no weight.
+  // Unused lanes have no weight; the tiny number avoids 0/0 there.
   return sum / (total_weight + 1e-300);
 }
 
@@ -64,8 +64,8 @@ template <int dim, bool mean_dilatation, typename Law, typename Geometry>
   integrate<dim>(T, f);
 }
 
-/// Hooke's law where mapping and weight are constant: products of different monomials vanish in the sum over Gauss points, so
-/// the sum runs over the 2^dim - 1 monomials of the strain instead, of which most have few components. Adds the same forces.
+/// The same forces for Hooke's law with constant mapping and weight. Products of different monomials vanish in the sum over
+/// Gauss points, so the sum runs over the 2^dim - 1 monomials of the strain instead. Most of these have few components.
 template <int dim, bool mean_dilatation, typename Geometry>
 [[gnu::always_inline]] inline void forces_of_monomials(const LinearisedLaw &law, const Geometry &geometry,
                                                        const Lanes (&c)[q1::n_nodes<dim>][dim],
@@ -83,7 +83,7 @@ template <int dim, bool mean_dilatation, typename Geometry>
 #pragma GCC unroll 8
   for (int k = 0; k < n - 1; ++k) // the part of the strain that goes with monomial k
   {
-    // A mean has no part that varies.
+    // The mean dilatation is constant over the cell.
     const double lambda = mean_dilatation && k > 0 ? -2. / 3. * law.mu : law.lambda;
     Lanes H[dim][dim], pressure = {};
 #pragma GCC unroll 8

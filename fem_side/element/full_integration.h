@@ -7,9 +7,9 @@
 
 namespace kerf::fem
 {
-/// Cells integrated at all Gauss points. With @p mean_dilatation the volumetric part of the strain is its weighted mean over
-/// the cell, which does not lock when the rock is nearly incompressible (B-bar, Hughes 1980; with Green's strain the mean is
-/// that of tr E, so that forces are still the derivative of an energy).
+/// Full integration: cells integrated at all Gauss points. With @p mean_dilatation the volumetric strain is replaced by its
+/// weighted mean over the cell (B-bar, Hughes 1980), which does not lock when the rock is nearly incompressible. With Green's
+/// strain the mean is that of tr E, so that forces are still the derivative of an energy.
 template <int dim>
 class FullIntegration
 {
@@ -30,7 +30,7 @@ public:
   double energy(const Law &law, const double *u) const;
 
 private:
-  /// The mapping is computed from the positions in each call: cheaper than fetching it from memory.
+  /// The mapping is computed from the positions in each call, which is cheaper than loading it from memory.
   struct Mapped
   {
     BatchPositions<dim> positions;

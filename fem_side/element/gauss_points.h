@@ -7,7 +7,8 @@
 
 namespace kerf::fem
 {
-/// Derivatives du_c/dxi_d at the Gauss points. They do not depend on xi_d, so points are numbered without bit d.
+/// Derivatives du_c/dxi_d at the Gauss points. They do not depend on xi_d, so the last index is the point's number without bit
+/// d.
 template <int dim>
 using Derivatives = Lanes[dim][dim][q1::n_nodes<dim> / 2];
 
@@ -133,7 +134,7 @@ template <std::size_t n>
   return weight[q];
 }
 
-/// The Gauss points of a batch. @p Geometry: of FullIntegration.
+/// The Gauss points of a batch. @p Geometry is one of FullIntegration's.
 template <int dim, typename Geometry, typename = void>
 class Points
 {

@@ -48,7 +48,7 @@ template <int dim>
     to[i] += a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 
-/// The inverses of all values by one division, which takes as long as a dozen products.
+/// The inverses of all values by one division, because a division takes as long as a dozen products.
 template <int k>
 [[gnu::always_inline]] inline void invert(Lanes (&values)[k])
 {

@@ -8,10 +8,10 @@
 
 namespace kerf::fem
 {
-/// Nodal values of batches that always follow one another in the same order. A node's displacement is read before the first
-/// batch that has it, its force is given back after the last one, and then its place goes to another node: the values of the
-/// nodes in between stay in the cache, however large the mesh is. In the plane a node is one load from the caller's vectors,
-/// which batches then use themselves.
+/// Nodal values of batches that are always processed in the same order. A node's displacement is read before the first batch
+/// that has it. Its force is written back after the last one, and then its place goes to another node. So the values in use
+/// stay in the cache, however large the mesh is. In two dimensions batches use the caller's vectors directly, because there a
+/// node is a single load.
 template <int dim>
 class NodeStream
 {
@@ -41,7 +41,7 @@ public:
         *reinterpret_cast<lanes::Quad *>(to + node_width<dim>) = lanes::Quad{};
       }
   }
-  /// To be called after each batch that adds forces: gives back those of the nodes that no later batch has.
+  /// To be called after each batch that adds forces: writes back the forces of nodes that no later batch has.
   void write(const int batch, double *f) const
   {
     if constexpr (!direct)
@@ -53,7 +53,7 @@ public:
         to[2] += from[2];
       }
   }
-  /// What the places of a batch refer to.
+  /// Arrays to which the places of a batch refer.
   const double *displacements(const double *u) const { return direct ? u : values.data(); }
   double *forces(double *f) const { return direct ? f : values.data() + node_width<dim>; }
 

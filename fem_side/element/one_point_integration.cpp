@@ -186,7 +186,7 @@ void OnePointIntegration<dim>::arrange(const std::vector<int> &node_dofs)
   std::vector<char> in_patch(waiting.size(), 0);
   for (const bool box : {false, true})
   {
-    // A few patches would leave most lanes of their batch unused.
+    // The last batch is used only if it fills at least half of its lanes.
     const std::size_t rest = patches[box].size() % n_lanes;
     if (2 * rest < n_lanes)
       patches[box].resize(patches[box].size() - rest);

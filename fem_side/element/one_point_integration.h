@@ -9,15 +9,16 @@
 
 namespace kerf::fem
 {
-/// Cells with one stress, that of the mean gradient (Flanagan & Belytschko 1981), and elastic hourglass control without a
-/// parameter.
+/// One-point integration: one stress a cell, that of the mean gradient (Flanagan & Belytschko 1981), and elastic hourglass
+/// control without a parameter.
 ///
-/// What the mean gradient H does not see are the amplitudes q of the monomials xi eta, ... of the displacement, measured from
-/// the linear field H X. They are given the stiffness of an assumed strain (in the spirit of Belytschko & Bindeman 1993): the
-/// strain that grows along xi_d is that of a bent sheet of the two other directions, so only its in-plane components count,
-/// under plane stress; the strains of xi eta zeta are uniaxial. No transverse shear, no volume change that the rock could not
-/// escape: neither locks. Strains are covariant components along the cell's edges at its centre, with finite strain the
-/// deformed edges F J, so that rotations do not matter and forces are the derivative of an energy.
+/// The mean gradient H does not depend on the amplitudes q of the monomials xi eta, ... of the displacement, measured from the
+/// linear field H X. They get the stiffness of an assumed strain, in the spirit of Belytschko & Bindeman (1993). The strain
+/// that grows along xi_d is that of a bent sheet in the two other directions: only its in-plane components count, under plane
+/// stress. The strains of xi eta zeta are uniaxial. There is no transverse shear and no constrained volume change, so the cell
+/// does not lock in bending or when nearly incompressible. Strains are covariant components along the cell's edges at its
+/// centre; with finite strain these are the deformed edges F J. So rotations do not matter and forces are the derivative of an
+/// energy.
 template <int dim>
 class OnePointIntegration
 {
@@ -41,7 +42,7 @@ public:
 private:
   using P = Patch<dim>;
 
-  /// The mean gradient is computed from the positions in each call: cheaper than fetching it from memory.
+  /// The mean gradient is computed from the positions in each call, which is cheaper than loading it from memory.
   struct Mapped
   {
     BatchPositions<dim, false> positions;
@@ -60,7 +61,7 @@ private:
     Lanes mapping[dim]; ///< 2^-dim dxi_d/dx_d
     Lanes weight;       ///< sum of alpha JxW
   };
-  /// Weights are those of the cells' own structures.
+  /// Weights have the factors of Mapped and Box.
   struct MappedPatch
   {
     PatchNodes<dim> position;

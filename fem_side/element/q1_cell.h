@@ -79,8 +79,8 @@ constexpr double gauss_monomial(const int mask, const int q)
   return value;
 }
 
-/// Nodal values -> 2^dim times the coefficients of the monomials, by one butterfly a direction: far fewer operations than sums
-/// over shape functions.
+/// Nodal values -> 2^dim times the coefficients of the monomials. One butterfly for each direction takes far fewer operations
+/// than sums over shape functions.
 template <int dim, int n_components, typename Number>
 inline void nodes_to_monomials(Number (&v)[n_nodes<dim>][n_components])
 {

@@ -5,8 +5,9 @@
 
 namespace kerf::fem
 {
-/// The mean over the Gauss points of the Jacobian's determinant and of its derivatives, which are the mean gradient times the
-/// determinant: products of monomials that do not vanish in the mean. The monomial of all three directions has none.
+/// Mean over the Gauss points of the Jacobian's determinant (returned) and of its derivatives B, which are the mean gradient
+/// times the determinant. Only products of monomials with a nonzero mean contribute. The monomial of all three directions has
+/// no mean gradient.
 [[gnu::always_inline]] inline Lanes mean_gradient(const Lanes (&x)[4][2], Lanes (&B)[4][2])
 {
   B[1][0] = x[2][1];
@@ -126,7 +127,8 @@ public:
     }
   }
 
-  /// Forces s and energy of the amplitudes q; adds to P what depends on H by the deformed edges.
+  /// Forces s and energy (returned) of the amplitudes q. Adds to P the derivative of this energy with respect to H, on which it
+  /// depends through the deformed edges.
   template <typename Law>
   [[gnu::always_inline]] Lanes hourglass(const Law &law, const GradientTensor<dim> &H, const Hourglass<dim> &q,
                                          Hourglass<dim> &s, GradientTensor<dim> &P) const
@@ -220,7 +222,7 @@ public:
 
 private:
   Lanes x[n][dim];
-  Lanes B[n][dim] = {};      ///< the mean gradient, if the weight is uniform times the determinant
+  Lanes B[n][dim] = {};      ///< the mean gradient; if the weight is uniform, times the determinant
   Lanes inverse_determinant; ///< of the Jacobian
   Lanes gradient_weight;     ///< weight of B
   // Of the edges at the centre: squares and, by the direction across, products of two; inverses of their squared lengths and

@@ -11,8 +11,8 @@ inline constexpr int n_lanes = 4;
 inline constexpr int n_lanes = 2;
 #endif
 
-/// As many doubles as one instruction of the host works on. The element library may come with one lane only, so that its own
-/// vectorised evaluation cannot be relied on.
+/// As many doubles as one instruction of the host processes. deal.II's own vectors are not used because it may be built without
+/// the host's instructions.
 typedef double Lanes __attribute__((vector_size(n_lanes * sizeof(double))));
 
 inline double sum_of_lanes(const Lanes &value)
@@ -23,8 +23,9 @@ inline double sum_of_lanes(const Lanes &value)
   return sum;
 }
 
-/// Nodal arrays of the kernels: displacement and force of a node lie side by side, each one aligned load or store of 2 or 4
-/// doubles, so that a cell touches one place a node and loads never meet stores of another array at the same place of a page.
+/// Nodal arrays of the kernels. Displacement and force of a node are adjacent, and each is one aligned load or store of 2 or 4
+/// doubles. So a cell touches one place for each node, and loads do not collide with stores of another array at the same offset
+/// of a page.
 template <int dim>
 inline constexpr int node_width = dim == 2 ? 2 : 4;
 /// Distance between nodes, in doubles.

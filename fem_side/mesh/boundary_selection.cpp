@@ -28,7 +28,7 @@ std::vector<char> faces_with_id(const Mesh &mesh, const int id)
       message << ' ' << other;
     if ((mesh.period.array() > 0.).any())
       message << " (periodic sides are no boundary)";
-    throw std::runtime_error(message.str());
+    throw std::invalid_argument(message.str());
   }
   return selected;
 }
@@ -55,11 +55,11 @@ std::vector<char> faces_where(const Mesh &mesh, const std::string &expression)
   }
   catch (const mu::Parser::exception_type &)
   {
-    throw std::runtime_error("boundary condition: '" + expression +
-                             "' is no expression of x, y and z such as 'y < 1e-6 && x > 0.1'");
+    throw std::invalid_argument("boundary condition: '" + expression +
+                                "' is no expression of x, y and z such as 'y < 1e-6 && x > 0.1'");
   }
   if (std::none_of(selected.begin(), selected.end(), [](const char yes) { return yes; }))
-    throw std::runtime_error("boundary condition: no boundary face has its centre where '" + expression + "'");
+    throw std::invalid_argument("boundary condition: no boundary face has its centre where '" + expression + "'");
   return selected;
 }
 } // namespace

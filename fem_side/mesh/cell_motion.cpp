@@ -9,7 +9,7 @@ CellMotion cell_motion(const Mesh &mesh, int cell)
 {
   CellMotion motion;
   const Eigen::Index n_corners = mesh.cells.rows();
-  motion.share.setZero(n_corners, n_corners); // the masters of a cell's slaves are no more than its slaves
+  motion.share.setZero(n_corners, n_corners); // the masters of a cell's slaves are at most as many as its slaves
   const auto add = [&](Eigen::Index corner, int node, double share)
   {
     const auto place = std::find(motion.nodes.begin(), motion.nodes.end(), node) - motion.nodes.begin();

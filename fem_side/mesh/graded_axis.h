@@ -17,7 +17,7 @@ struct GradedAxis
   double largest_cell_size = 0.; ///< bound of the graded size; 0: none
 };
 
-/// Vertex coordinates from lower to upper, both met exactly. The fine zone is rounded to whole cells of about cell_size; a
-/// remainder too short to be graded joins the fine zone, so that no sliver governs the stable step.
+/// Vertex coordinates from lower to upper, both included exactly [m]. The fine zone is rounded to whole cells of about
+/// cell_size. A remainder too short to be graded joins the fine zone, so that no thin cell governs the stable step.
 std::vector<double> vertex_coordinates(const GradedAxis &axis);
 } // namespace kerf::fem

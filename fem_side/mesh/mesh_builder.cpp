@@ -25,13 +25,13 @@ void check_box(const MeshSettings &s)
 {
   for (int d = 0; d < dim; ++d)
     if (!(s.upper[d] > s.lower[d]))
-      throw std::runtime_error("mesh: the upper box corner must lie above the lower one in every direction");
+      throw std::invalid_argument("mesh: the upper box corner must lie above the lower one in every direction");
   if (!(s.cell_size > 0.))
-    throw std::runtime_error("mesh: the cell size must be positive");
+    throw std::invalid_argument("mesh: the cell size must be positive");
   if (!(s.growth >= 1.))
-    throw std::runtime_error("mesh: the growth of the cell size must be at least 1");
+    throw std::invalid_argument("mesh: the growth of the cell size must be at least 1");
   if (s.largest_cell_size != 0. && !(s.largest_cell_size >= s.cell_size))
-    throw std::runtime_error("mesh: the largest cell size must not be below the cell size");
+    throw std::invalid_argument("mesh: the largest cell size must not be below the cell size");
 }
 
 template <int dim>
@@ -48,7 +48,7 @@ void structured_box(const MeshSettings &s, dealii::Triangulation<dim> &triangula
     repetitions[d] = x[d].size() - 1;
     upper[d] = repetitions[d];
   }
-  // Built on the integers and moved: every vertex gets exactly its coordinate, the box corners exactly theirs.
+  // Built on integers and then moved, so that every vertex gets exactly its coordinate.
   dealii::GridGenerator::subdivided_hyper_rectangle(triangulation, repetitions, dealii::Point<dim>(), upper, true);
   dealii::GridTools::transform(
     [&x](const dealii::Point<dim> &index)
@@ -61,16 +61,16 @@ void structured_box(const MeshSettings &s, dealii::Triangulation<dim> &triangula
     triangulation);
 }
 
-/// Blocks around a square in the middle, refined as a whole, so cells may come out up to half as large as asked for.
+/// Blocks around a square in the middle. They are refined as a whole, so cells may be down to half of the size asked for.
 template <int dim>
 void disc(const MeshSettings &s, dealii::Triangulation<dim> &triangulation)
 {
   check_box<dim>(s);
   const Eigen::Vector3d extent = s.upper - s.lower, centre = 0.5 * (s.lower + s.upper);
   if (std::abs(extent[0] - extent[1]) > 1e-9 * extent[0])
-    throw std::runtime_error("mesh: a disc needs a box of equal width and height");
+    throw std::invalid_argument("mesh: a disc needs a box of equal width and height");
   if (s.fine_lower != s.fine_upper)
-    throw std::runtime_error("mesh: a disc has no fine zone");
+    throw std::invalid_argument("mesh: a disc has no fine zone");
   dealii::Triangulation<2> ball, flat;
   dealii::GridGenerator::hyper_ball_balanced(ball, {centre[0], centre[1]}, 0.5 * extent[0]);
   while (dealii::GridTools::maximal_cell_diameter(ball) > std::sqrt(2.) * s.cell_size)
@@ -78,7 +78,8 @@ void disc(const MeshSettings &s, dealii::Triangulation<dim> &triangulation)
   dealii::GridGenerator::flatten_triangulation(ball, flat);
   const double flat_height = 0.5 * extent[0] * std::cos(s.flat_angle);
   if (0.5 * extent[0] - flat_height > 0.5 * s.cell_size)
-    throw std::runtime_error("mesh: the flats of the disc are deeper than half a cell, take larger cells or a smaller angle");
+    throw std::invalid_argument(
+      "mesh: the flats of the disc are deeper than half a cell, take larger cells or a smaller angle");
   dealii::GridTools::transform(
     [&](const dealii::Point<2> &x)
     { return dealii::Point<2>(x[0], std::clamp(x[1], centre[1] - flat_height, centre[1] + flat_height)); },
@@ -110,7 +111,7 @@ void read_gmsh(const std::string &file, dealii::Triangulation<dim> &triangulatio
 {
   std::ifstream stream(file);
   if (!stream)
-    throw std::runtime_error("mesh file '" + file + "': cannot be opened");
+    throw std::invalid_argument("mesh file '" + file + "': cannot be opened");
   dealii::GridIn<dim> reader;
   reader.attach_triangulation(triangulation);
   try
@@ -119,15 +120,15 @@ void read_gmsh(const std::string &file, dealii::Triangulation<dim> &triangulatio
   }
   catch (const std::exception &)
   {
-    throw std::runtime_error("mesh file '" + file + "': not a gmsh mesh of dimension " + std::to_string(dim));
+    throw std::invalid_argument("mesh file '" + file + "': not a gmsh mesh of dimension " + std::to_string(dim));
   }
   if (!triangulation.all_reference_cells_are_hyper_cube())
-    throw std::runtime_error("mesh file '" + file + "': has " + (dim == 2 ? "triangles" : "tetrahedra or wedges") +
-                             ", allowed are " + (dim == 2 ? "quadrilaterals" : "hexahedra") + " (gmsh: recombine)");
+    throw std::invalid_argument("mesh file '" + file + "': has " + (dim == 2 ? "triangles" : "tetrahedra or wedges") +
+                                ", allowed are " + (dim == 2 ? "quadrilaterals" : "hexahedra") + " (gmsh: recombine)");
 }
 
 template <int dim>
-int wanted_level(const MeshSettings &settings, const dealii::BoundingBox<dim> &cell)
+int target_level(const MeshSettings &settings, const dealii::BoundingBox<dim> &cell)
 {
   int level = 0;
   for (const RefinedBox &box : settings.refined)
@@ -135,7 +136,7 @@ int wanted_level(const MeshSettings &settings, const dealii::BoundingBox<dim> &c
     bool meets = true;
     for (int d = 0; d < dim; ++d)
     {
-      // A cell that only touches the box stays as it is.
+      // A cell that only touches the box is not refined.
       const double slack = 1e-6 * cell.side_length(d);
       meets = meets && cell.upper_bound(d) > box.lower[d] + slack && cell.lower_bound(d) < box.upper[d] - slack;
     }
@@ -145,19 +146,19 @@ int wanted_level(const MeshSettings &settings, const dealii::BoundingBox<dim> &c
   return level;
 }
 
-/// The triangulation limits the difference of levels at vertices, so that a master of a hanging node never hangs itself.
+/// The triangulation limits the difference of levels at vertices, so that the master of a hanging node is never a hanging node.
 template <int dim>
 void refine(const MeshSettings &settings, dealii::Triangulation<dim> &triangulation)
 {
   for (const RefinedBox &box : settings.refined)
     for (int d = 0; d < dim; ++d)
       if (!(box.upper[d] > box.lower[d]))
-        throw std::runtime_error("mesh: the upper corner of a refined box must lie above the lower one in every direction");
+        throw std::invalid_argument("mesh: the upper corner of a refined box must lie above the lower one in every direction");
   for (bool changed = !settings.refined.empty(); changed;)
   {
     changed = false;
     for (const auto &cell : triangulation.active_cell_iterators())
-      if (cell->level() < wanted_level<dim>(settings, cell->bounding_box()))
+      if (cell->level() < target_level<dim>(settings, cell->bounding_box()))
       {
         cell->set_refine_flag();
         changed = true;
@@ -166,7 +167,7 @@ void refine(const MeshSettings &settings, dealii::Triangulation<dim> &triangulat
   }
 }
 
-/// The element needs a map that nowhere turns inside out: positive Jacobians at the corners.
+/// The element needs an invertible map: positive Jacobians at the corners.
 template <int dim>
 void check_cells(const dealii::Triangulation<dim> &triangulation)
 {
@@ -189,13 +190,13 @@ void check_cells(const dealii::Triangulation<dim> &triangulation)
         message << "mesh: the cell at ("
                 << (X * q1::shape_values<dim>(q1::Point<dim>::Zero())).transpose().format({6, Eigen::DontAlignCols, ", "})
                 << ") m is not convex or turned inside out";
-        throw std::runtime_error(message.str());
+        throw std::invalid_argument(message.str());
       }
     }
   }
 }
 
-/// Gives cells[first, last) to ranks[low, high): cut across the longest extent, cells in proportion to ranks.
+/// Gives cells [first, last) to ranks [low, high). Each cut is across the longest extent and in proportion to the ranks.
 template <int dim>
 void bisect(const std::vector<dealii::Point<dim>> &centres, const std::vector<int>::iterator first,
             const std::vector<int>::iterator last, const int low, const int high, std::vector<int> &owner)

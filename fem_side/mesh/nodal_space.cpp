@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/mesh/nodal_space.h"
 
+#include "fem_side/mesh/discretisation.h"
 #include "fem_side/mesh/mesh_builder.h"
 #include "fem_side/mesh/periodic_nodes.h"
 
+#include <deal.II/base/partitioner.h>
 #include <deal.II/dofs/dof_tools.h>
 #include <deal.II/fe/fe_q.h>
 #include <deal.II/lac/affine_constraints.h>
@@ -15,31 +17,40 @@
 namespace kerf::fem
 {
 template <int dim>
+Discretisation<dim>::Discretisation(MPI_Comm comm, const MeshSettings &settings)
+  : triangulation(build_triangulation<dim>(comm, settings)), element(dealii::FE_Q<dim>(1), dim), dof_handler(*triangulation)
+{
+}
+
+template <int dim>
 NodalSpace<dim>::NodalSpace(MPI_Comm comm, const MeshSettings &settings)
-  : comm(comm), triangulation(build_triangulation<dim>(comm, settings)), element(dealii::FE_Q<dim>(1), dim),
-    dof_handler(*triangulation)
+  : comm(comm), discretisation(std::make_unique<Discretisation<dim>>(comm, settings))
 {
   fill_mesh();
   find_neighbours();
   const std::vector<int> images = join_periodic_sides<dim>(settings.periodic, mesh);
-  dof_handler.distribute_dofs(element);
+  discretisation->dof_handler.distribute_dofs(discretisation->element);
   number_nodes();
   find_slaves(images);
-  make_partitioner();
+  make_exchange();
   number_locally();
 }
 
 template <int dim>
+NodalSpace<dim>::~NodalSpace() = default;
+
+template <int dim>
 void NodalSpace<dim>::fill_mesh()
 {
+  const auto &triangulation = *discretisation->triangulation;
   mesh.dim = dim;
-  mesh.nodes = Eigen::Matrix3Xd::Zero(3, triangulation->n_vertices());
+  mesh.nodes = Eigen::Matrix3Xd::Zero(3, triangulation.n_vertices());
   for (int i = 0; i < mesh.n_nodes(); ++i)
     for (int d = 0; d < dim; ++d)
-      mesh.nodes(d, i) = triangulation->get_vertices()[i][d];
-  mesh.cells.resize(n, triangulation->n_active_cells());
-  mesh.owner.resize(triangulation->n_active_cells());
-  for (const auto &cell : triangulation->active_cell_iterators())
+      mesh.nodes(d, i) = triangulation.get_vertices()[i][d];
+  mesh.cells.resize(n, triangulation.n_active_cells());
+  mesh.owner.resize(triangulation.n_active_cells());
+  for (const auto &cell : triangulation.active_cell_iterators())
   {
     const int index = cell->active_cell_index();
     mesh.owner[index] = cell->subdomain_id();
@@ -64,7 +75,7 @@ template <int dim>
 void NodalSpace<dim>::find_neighbours()
 {
   mesh.neighbours.resize(mesh.n_cells());
-  for (const auto &cell : triangulation->active_cell_iterators())
+  for (const auto &cell : discretisation->triangulation->active_cell_iterators())
   {
     std::vector<int> &neighbours = mesh.neighbours[cell->active_cell_index()];
     for (const auto face : cell->face_indices())
@@ -82,27 +93,27 @@ template <int dim>
 void NodalSpace<dim>::number_nodes()
 {
   first_dofs.assign(mesh.n_nodes(), dealii::numbers::invalid_dof_index);
-  for (const auto &cell : dof_handler.active_cell_iterators())
+  for (const auto &cell : discretisation->dof_handler.active_cell_iterators())
     for (int a = 0; a < n; ++a)
     {
       first_dofs[cell->vertex_index(a)] = cell->vertex_dof_index(a, 0);
       for (int c = 1; c < dim; ++c)
         if (cell->vertex_dof_index(a, c) != cell->vertex_dof_index(a, 0) + c)
-          throw std::logic_error("the components of a node are not numbered consecutively");
+          throw std::logic_error("nodal_space: the components of a node are not numbered consecutively");
     }
 }
 
-/// @param images of every node the one that it is an image of, itself if none
+/// @param images for every node the node of which it is the image across periodic axes, or the node itself
 template <int dim>
 void NodalSpace<dim>::find_slaves(const std::vector<int> &images)
 {
   slave_of.assign(mesh.n_nodes(), -1);
-  // Hanging nodes by the node that they are images of: on joined sides either of the two may be the one that hangs.
+  // By images: of two nodes joined across a periodic axis either may be the hanging one.
   std::unordered_map<int, std::vector<std::pair<int, double>>> hanging;
-  if (triangulation->has_hanging_nodes())
+  if (discretisation->triangulation->has_hanging_nodes())
   {
     dealii::AffineConstraints<double> constraints;
-    dealii::DoFTools::make_hanging_node_constraints(dof_handler, constraints);
+    dealii::DoFTools::make_hanging_node_constraints(discretisation->dof_handler, constraints);
     constraints.close();
     std::unordered_map<dealii::types::global_dof_index, int> node_of;
     for (int node = 0; node < mesh.n_nodes(); ++node)
@@ -135,8 +146,9 @@ void NodalSpace<dim>::find_slaves(const std::vector<int> &images)
 }
 
 template <int dim>
-void NodalSpace<dim>::make_partitioner()
+void NodalSpace<dim>::make_exchange()
 {
+  const auto &dof_handler = discretisation->dof_handler;
   dealii::IndexSet local;
   dealii::DoFTools::extract_locally_active_dofs(dof_handler, local);
   const dealii::IndexSet active = local;
@@ -144,13 +156,17 @@ void NodalSpace<dim>::make_partitioner()
     if (active.is_element(first_dofs[slave.node]))
       for (const int master : slave.masters)
         local.add_range(first_dofs[master], first_dofs[master] + dim);
-  partitioner = std::make_shared<Partitioner>(dof_handler.locally_owned_dofs(), local, comm);
+  exchange = std::make_unique<NodalExchange>(
+    std::make_shared<const dealii::Utilities::MPI::Partitioner>(dof_handler.locally_owned_dofs(), local, comm));
 }
 
 template <int dim>
 void NodalSpace<dim>::number_locally()
 {
-  owned_nodes.resize(partitioner->locally_owned_size() / dim);
+  local_dofs.resize(mesh.n_nodes());
+  for (int i = 0; i < mesh.n_nodes(); ++i)
+    local_dofs[i] = exchange->has(first_dofs[i]) ? exchange->position(first_dofs[i]) : -1;
+  owned_nodes.resize(n_owned_dofs() / dim);
   for (int i = 0; i < mesh.n_nodes(); ++i)
     if (owns(i))
       owned_nodes[local_dof(i) / dim] = i;
@@ -160,7 +176,7 @@ void NodalSpace<dim>::number_locally()
       owned_cell_dofs[c][a] = local_dof(mesh.cells(a, owned_cells[c]));
 
   for (const SlaveNode &slave : mesh.slaves)
-    if (owns(slave.node) || partitioner->ghost_indices().is_element(first_dofs[slave.node]))
+    if (local_dof(slave.node) >= 0)
     {
       LocalSlave local;
       local.dof = local_dof(slave.node);
@@ -173,8 +189,8 @@ void NodalSpace<dim>::number_locally()
 template <int dim>
 void NodalSpace<dim>::update_copies(NodalVector &values) const
 {
-  values.update_ghost_values();
-  double *v = values.begin();
+  double *v = values.data();
+  exchange->update_copies(v, v + exchange->n_owned());
   for (const LocalSlave &slave : local_slaves)
     for (int c = 0; c < dim; ++c)
     {
@@ -188,7 +204,7 @@ void NodalSpace<dim>::update_copies(NodalVector &values) const
 template <int dim>
 void NodalSpace<dim>::sum_up(NodalVector &values) const
 {
-  double *v = values.begin();
+  double *v = values.data();
   for (const LocalSlave &slave : local_slaves)
     for (int c = 0; c < dim; ++c)
     {
@@ -196,7 +212,7 @@ void NodalSpace<dim>::sum_up(NodalVector &values) const
         v[master + c] += weight * v[slave.dof + c];
       v[slave.dof + c] = 0.;
     }
-  values.compress(dealii::VectorOperation::add);
+  exchange->add_copies(v + exchange->n_owned(), v);
 }
 
 template <int dim>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/mesh/periodic_nodes.h"
 
-#include "fem_side/mesh/nodal_space.h"
+#include "fem_side/mesh/face_geometry.h"
 
 #include <deal.II/numerics/rtree.h>
 
@@ -19,7 +19,7 @@ constexpr double tolerance = 1e-9; ///< of the extent of the mesh
 
 [[noreturn]] void fail(const int axis, const std::string &what)
 {
-  throw std::runtime_error(std::string("mesh: periodic along ") + "xyz"[axis] + ": " + what);
+  throw std::invalid_argument(std::string("mesh: periodic along ") + "xyz"[axis] + ": " + what);
 }
 
 /// The two opposite sides of the box around the mesh.
@@ -50,7 +50,7 @@ public:
     return holds(face, [this](int node) { return at_low(node); }) || holds(face, [this](int node) { return at_high(node); });
   }
 
-  /// Both sides are flat and as large as the box.
+  /// Refuses sides that are not flat or smaller than the box.
   void check() const
   {
     double area = 0.;
@@ -62,7 +62,7 @@ public:
       fail(axis, "the mesh has no two opposite flat sides, it must fill a box from side to side");
   }
 
-  /// For every node of the high side the one opposite to it.
+  /// Every node of the high side with the opposite node of the low side.
   std::vector<std::pair<int, int>> pairs() const
   {
     std::vector<std::pair<dealii::Point<dim>, int>> lows;
@@ -150,7 +150,7 @@ std::vector<int> join_periodic_sides(const std::array<bool, 3> &axes, Mesh &mesh
     std::iota(opposite.begin(), opposite.end(), 0);
     for (const auto &[high, low] : sides.pairs())
       opposite[high] = low;
-    for (int &image : images) // an edge of two joined sides goes across one after the other
+    for (int &image : images) // a node on an edge of two joined sides is mapped across both in turn
       image = opposite[image];
     for (int cell = 0; cell < mesh.n_cells(); ++cell)
       for (int a = 0; a < mesh.cells.rows(); ++a)

@@ -5,9 +5,9 @@
 
 namespace kerf::fem
 {
-/// Makes the mesh repeat itself across the axes: fills Mesh::period, takes the faces of the joined sides off the boundary and
-/// makes their cells neighbours. Throws std::runtime_error with one line when the two sides do not match.
-/// @return of every node the one that it is an image of, itself if none
+/// Joins the sides of the mesh across periodic axes: fills Mesh::period, removes the faces of the joined sides from the
+/// boundary and makes their cells neighbours. Throws std::invalid_argument with one line when the two sides do not match.
+/// @return for every node the node of which it is the image, or the node itself
 template <int dim>
 std::vector<int> join_periodic_sides(const std::array<bool, 3> &axes, Mesh &mesh);
 } // namespace kerf::fem

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/mesh/point_locator.h"
 
+#include <deal.II/numerics/rtree.h>
+
 #include <Eigen/Dense>
 #include <limits>
 #include <stdexcept>
@@ -12,7 +14,7 @@ namespace
 /// How far a point may lie outside a cell [-1, 1]^dim and still belong to it; covers round-off on faces.
 constexpr double face_tolerance = 2e-9;
 
-/// Newton's method for X(xi) = point; false when it leads nowhere, which happens only outside the cell.
+/// Newton's method for X(xi) = point. False if it does not converge, which happens only outside the cell.
 template <int dim>
 bool invert(const q1::NodalValues<dim> &X, const q1::Point<dim> &point, q1::Point<dim> &xi)
 {
@@ -37,9 +39,9 @@ void add_node(Interpolation &result, const int node, const double N, const Eigen
     ++a;
   if (a == result.n)
   {
-    // The masters of a cell's slaves are as many as its slaves at most, see SlaveNode and the refinement of the mesh.
+    // The masters of a cell's slaves are at most as many as its slaves, see refine() in mesh_builder.cpp.
     if (result.n == static_cast<int>(result.nodes.size()))
-      throw std::logic_error("a cell hangs on more nodes than it has");
+      throw std::logic_error("point_locator: a cell depends on more nodes than it has");
     result.nodes[result.n++] = node;
   }
   result.N[a] += N;
@@ -76,9 +78,21 @@ Interpolation interpolation(const NodalSpace<dim> &space, const int cell, const 
 } // namespace
 
 template <int dim>
+struct PointLocator<dim>::Tree
+{
+  using Box = dealii::BoundingBox<dim>;
+
+  dealii::RTree<std::pair<Box, int>> boxes; ///< with the number of the cell
+};
+
+template <int dim>
+PointLocator<dim>::~PointLocator() = default;
+
+template <int dim>
 PointLocator<dim>::PointLocator(const NodalSpace<dim> &space) : space(space)
 {
   lower = space.mesh.nodes.rowwise().minCoeff();
+  using Box = typename Tree::Box;
   std::vector<std::pair<Box, int>> boxes;
   for (int cell = 0; cell < space.mesh.n_cells(); ++cell)
   {
@@ -93,13 +107,13 @@ PointLocator<dim>::PointLocator(const NodalSpace<dim> &space) : space(space)
     }
     boxes.emplace_back(Box({a, b}), cell);
   }
-  tree = dealii::pack_rtree(boxes);
+  tree = std::make_unique<const Tree>(Tree{dealii::pack_rtree(boxes)});
 }
 
 template <int dim>
 std::vector<Interpolation> PointLocator<dim>::locate(const Eigen::Matrix3Xd &points) const
 {
-  constexpr std::size_t most_known = 100000; // 35 MB; a whole store is looked for once
+  constexpr std::size_t most_known = 100000; // 35 MB; a whole packing is located only once
   const bool keep = static_cast<std::size_t>(points.cols()) < most_known;
   std::vector<Interpolation> result(points.cols());
   for (Eigen::Index i = 0; i < points.cols(); ++i)
@@ -129,8 +143,8 @@ Interpolation PointLocator<dim>::find(const Eigen::Vector3d &place) const
   dealii::Point<dim> p;
   for (int d = 0; d < dim; ++d)
     p[d] = point[d];
-  std::vector<std::pair<Box, int>> candidates;
-  tree.query(boost::geometry::index::intersects(p), std::back_inserter(candidates));
+  std::vector<std::pair<typename Tree::Box, int>> candidates;
+  tree->boxes.query(boost::geometry::index::intersects(p), std::back_inserter(candidates));
 
   Interpolation result;
   double best = 1. + face_tolerance;
@@ -140,7 +154,7 @@ Interpolation PointLocator<dim>::find(const Eigen::Vector3d &place) const
     q1::Point<dim> xi;
     if (!invert<dim>(X, point, xi))
       continue;
-    // Of the cells of a point on a face the first one, not the one that round-off prefers: the gradients differ.
+    // A point on a face belongs to its first cell, whatever the round-off: gradients of the cells differ.
     const double outermost = xi.cwiseAbs().maxCoeff();
     const bool on_shared_face = result.cell >= 0 && std::abs(outermost - best) < 2. * face_tolerance;
     if (on_shared_face ? candidate.second > result.cell : !(outermost < best))

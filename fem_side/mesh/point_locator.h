@@ -4,7 +4,7 @@
 #include "fem_side/mesh/nodal_space.h"
 
 #include <array>
-#include <deal.II/numerics/rtree.h>
+#include <memory>
 #include <unordered_map>
 
 namespace kerf::fem
@@ -15,12 +15,12 @@ class PointLocator
 {
 public:
   explicit PointLocator(const NodalSpace<dim> &space);
+  ~PointLocator();
 
   /// Points farther than about 1e-9 of a cell outside the mesh get cell = -1.
   std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const;
 
 private:
-  using Box = dealii::BoundingBox<dim>;
   using Point = std::array<double, 3>;
   struct Hash
   {
@@ -37,8 +37,9 @@ private:
 
   const NodalSpace<dim> &space;
   Eigen::Vector3d lower; ///< corner of the box around the mesh [m]
-  dealii::RTree<std::pair<Box, int>> tree;
-  mutable std::unordered_map<Point, Interpolation, Hash> known; ///< the same stored particles are looked for at every change of
-                                                                ///< models
+  struct Tree;
+  std::unique_ptr<const Tree> tree; ///< of the boxes around the cells
+  /// Results of earlier searches: at every conversion the same stored particles are located again.
+  mutable std::unordered_map<Point, Interpolation, Hash> known;
 };
 } // namespace kerf::fem

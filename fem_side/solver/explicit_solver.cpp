@@ -7,16 +7,22 @@
 
 namespace kerf::fem
 {
+namespace
+{
+/// Steps between two checks of the velocities. The check is collective, so it is too expensive for every step.
+constexpr int steps_between_checks = 1000;
+} // namespace
+
 template <int dim>
-ExplicitSolver<dim>::ExplicitSolver(const Settings &given)
-  : settings(given), space(given.comm, given.mesh), locator(space),
+ExplicitSolver<dim>::ExplicitSolver(const Settings &settings_in)
+  : settings(settings_in), space(settings.comm, settings.mesh), locator(space),
     kernel(settings.material, settings.strain, settings.integration),
     prescribed(prescribed_dofs<dim>(space, settings.boundary_conditions)), surface(space, settings.surface_spacing),
     absorbing(space.mesh, settings.material, settings.boundary_conditions),
     loads(space.mesh, settings, initial_state(settings).first_piola)
 {
   for (NodalVector *v : {&displacement, &velocity, &force, &mass})
-    v->reinit(space.partitioner);
+    *v = space.zero_vector();
   compute_cell_points();
   set_weights(Eigen::VectorXd::Ones(points.cols()));
   set_window({});
@@ -61,9 +67,9 @@ template <int dim>
 void ExplicitSolver<dim>::set_weights(const Eigen::VectorXd &weights)
 {
   if (weights.size() != points.cols())
-    throw std::runtime_error("weights: not as many as quadrature points");
+    throw std::logic_error("set_weights: not as many weights as quadrature points");
   if (weights.size() > 0 && !(weights.minCoeff() >= 0. && weights.maxCoeff() <= 1. + 1e-12))
-    throw std::runtime_error("weights: must lie between 0 and 1");
+    throw std::logic_error("set_weights: weights must lie between 0 and 1");
   alpha = weights;
   build_kernel();
   compute_masses();
@@ -97,8 +103,7 @@ std::array<double, ExplicitSolver<dim>::n> ExplicitSolver<dim>::weights_of(const
 template <int dim>
 void ExplicitSolver<dim>::compute_masses()
 {
-  mass = 0.;
-  mass.zero_out_ghost_values();
+  mass.setZero();
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
   {
     if (!is_active(c))
@@ -112,14 +117,14 @@ void ExplicitSolver<dim>::compute_masses()
       const double point_mass = alpha[n * c + q] * settings.material.density * J.determinant();
       for (int a = 0; a < n; ++a)
         for (int d = 0; d < dim; ++d)
-          mass.local_element(space.owned_cell_dofs[c][a] + d) += N[a] * point_mass;
+          mass[space.owned_cell_dofs[c][a] + d] += N[a] * point_mass;
     }
   }
   space.sum_up(mass);
 
   inverse_mass.resize(space.n_owned_dofs());
   for (int i = 0; i < space.n_owned_dofs(); ++i)
-    inverse_mass[i] = mass.local_element(i) > 0. ? 1. / mass.local_element(i) : 0.;
+    inverse_mass[i] = mass[i] > 0. ? 1. / mass[i] : 0.;
   for (const PrescribedDof &dof : prescribed)
     inverse_mass[dof.dof] = 0.;
 }
@@ -128,8 +133,8 @@ template <int dim>
 void ExplicitSolver<dim>::stop_massless_nodes()
 {
   for (int i = 0; i < space.n_owned_dofs(); ++i)
-    if (mass.local_element(i) == 0.)
-      velocity.local_element(i) = 0.;
+    if (mass[i] == 0.)
+      velocity[i] = 0.;
 }
 
 template <int dim>
@@ -137,8 +142,8 @@ void ExplicitSolver<dim>::begin_step(const double dt, const double time)
 {
   if (!forces_are_current)
     compute_forces();
-  double *u = displacement.begin(), *v = velocity.begin();
-  const double *f = force.begin();
+  double *u = displacement.data(), *v = velocity.data();
+  const double *f = force.data();
   const int n_dofs = space.n_owned_dofs();
 
   boundary_work -= kinetic_energy_of_velocity_boundaries();
@@ -147,7 +152,7 @@ void ExplicitSolver<dim>::begin_step(const double dt, const double time)
     v[i] += 0.5 * dt * inverse_mass[i] * f[i];
   for (const PrescribedDof &dof : prescribed)
   {
-    const bool moves = dof.condition && mass.local_element(dof.dof) > 0.;
+    const bool moves = dof.condition && mass[dof.dof] > 0.;
     v[dof.dof] = moves ? dof.condition->velocity_at(time - 0.5 * dt)[dof.component] : 0.;
     boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
   }
@@ -164,23 +169,22 @@ void ExplicitSolver<dim>::compute_forces()
 {
   space.update_copies(displacement);
   space.update_copies(velocity); // read by surface_points(), which is not collective
-  force = 0.;
-  force.zero_out_ghost_values();
+  force.setZero();
   for (std::vector<double> &load : surface_force)
     load.assign(surface.owned_dofs().size(), 0.);
-  kernel.subtract_internal_forces(displacement.begin(), force.begin());
+  kernel.subtract_internal_forces(displacement.data(), force.data());
   space.sum_up(force);
-  loads.add_forces(now, force.begin());
+  loads.add_forces(now, force.data());
   forces_are_current = true;
 }
 
 template <int dim>
 void ExplicitSolver<dim>::end_step(const double dt, const double time)
 {
-  double *v = velocity.begin();
-  const double *f = force.begin();
+  double *v = velocity.data();
+  const double *f = force.data();
 
-  // Work of the velocity boundaries: what their nodes gain in kinetic energy and pass on to the rest (trapezoidal rule).
+  // Work of the velocity boundaries: kinetic energy gained by their nodes and work done on the rest (trapezoidal rule).
   for (const PrescribedDof &dof : prescribed)
     boundary_work -= 0.5 * dt * v[dof.dof] * f[dof.dof];
   boundary_work += 0.5 * dt * loads.power(time, v);
@@ -191,19 +195,30 @@ void ExplicitSolver<dim>::end_step(const double dt, const double time)
   absorbed_energy += absorbing.end_step(dt, v);
   for (const PrescribedDof &dof : prescribed)
   {
-    const bool moves = dof.condition && mass.local_element(dof.dof) > 0.;
+    const bool moves = dof.condition && mass[dof.dof] > 0.;
     v[dof.dof] = moves ? dof.condition->velocity_at(time)[dof.component] : 0.;
   }
   boundary_work += kinetic_energy_of_velocity_boundaries();
   last_dt = dt;
+  if (++n_steps % steps_between_checks == 0)
+    check_velocities();
+}
+
+template <int dim>
+void ExplicitSolver<dim>::check_velocities() const
+{
+  int finite = velocity.head(space.n_owned_dofs()).allFinite();
+  MPI_Allreduce(MPI_IN_PLACE, &finite, 1, MPI_INT, MPI_MIN, space.comm);
+  if (!finite)
+    throw Unstable("the velocities of the finite elements are not finite");
 }
 
 template <int dim>
 double ExplicitSolver<dim>::finite_step_energy() const
 {
-  double energy = absorbing.finite_step_energy(last_dt, force.begin());
+  double energy = absorbing.finite_step_energy(last_dt, force.data());
   for (int i = 0; i < space.n_owned_dofs(); ++i)
-    energy -= 0.125 * last_dt * last_dt * inverse_mass[i] * force.local_element(i) * force.local_element(i);
+    energy -= 0.125 * last_dt * last_dt * inverse_mass[i] * force[i] * force[i];
   return energy;
 }
 
@@ -213,8 +228,8 @@ double ExplicitSolver<dim>::kinetic_energy_of_velocity_boundaries() const
   double energy = 0.;
   for (const PrescribedDof &dof : prescribed)
   {
-    const double v = velocity.local_element(dof.dof);
-    energy += 0.5 * mass.local_element(dof.dof) * v * v;
+    const double v = velocity[dof.dof];
+    energy += 0.5 * mass[dof.dof] * v * v;
   }
   return energy;
 }
@@ -225,11 +240,11 @@ void ExplicitSolver<dim>::set_window(const std::vector<int> &nodes)
   for (const int node : nodes)
   {
     if (node < 0 || node >= space.mesh.n_nodes())
-      throw std::runtime_error("window: the mesh has no node " + std::to_string(node));
+      throw std::logic_error("set_window: the mesh has no node " + std::to_string(node));
     if (space.is_slave(node))
-      throw std::runtime_error("window: node " + std::to_string(node) + " is a slave, ask for its masters");
+      throw std::logic_error("set_window: node " + std::to_string(node) + " is a slave, ask for its masters");
   }
-  window = std::make_unique<NodalWindow<dim>>(space, nodes);
+  nodal_window = std::make_unique<NodalWindow<dim>>(space, nodes);
 }
 
 template <int dim>
@@ -238,22 +253,22 @@ const double *ExplicitSolver<dim>::owned_values(const NodalField field) const
   switch (field)
   {
   case NodalField::displacement:
-    return displacement.begin();
+    return displacement.data();
   case NodalField::velocity:
-    return velocity.begin();
+    return velocity.data();
   case NodalField::force:
-    return force.begin();
+    return force.data();
   case NodalField::inverse_mass:
     return inverse_mass.data();
   default:
-    return mass.begin();
+    return mass.data();
   }
 }
 
 template <int dim>
 void ExplicitSolver<dim>::read_window(const NodalField field, Eigen::Matrix3Xd &values) const
 {
-  window->read(owned_values(field), values);
+  nodal_window->read(owned_values(field), values);
   if (field == NodalField::mass)
     values.row(2) = values.row(0);
 }
@@ -261,16 +276,16 @@ void ExplicitSolver<dim>::read_window(const NodalField field, Eigen::Matrix3Xd &
 template <int dim>
 void ExplicitSolver<dim>::add_window_forces(const Eigen::Matrix3Xd &forces)
 {
-  if (forces.cols() != window->n_nodes())
-    throw std::runtime_error("window forces: not as many as window nodes");
-  window->add(forces, force);
+  if (forces.cols() != nodal_window->n_nodes())
+    throw std::logic_error("add_window_forces: not as many forces as nodes of the window");
+  nodal_window->add(forces, force.data());
 }
 
 template <int dim>
 void ExplicitSolver<dim>::surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, const NearTest &near,
                                          SurfacePoints &found) const
 {
-  surface.find_points(displacement.begin(), velocity.begin(), lower, upper, near, found);
+  surface.find_points(displacement.data(), velocity.data(), lower, upper, near, found);
 }
 
 template <int dim>
@@ -279,34 +294,34 @@ void ExplicitSolver<dim>::add_surface_forces(const Eigen::Matrix3Xd &forces, con
   std::vector<double> &load = surface_force[static_cast<int>(source)];
   const std::vector<int> &dofs = surface.owned_dofs();
   for (std::size_t k = 0; k < dofs.size(); ++k)
-    load[k] -= force.local_element(dofs[k]);
-  // Ghost entries are zero since the last compress(), so this adds the new contributions alone to their owners.
-  surface.add_forces(forces, force.begin());
+    load[k] -= force[dofs[k]];
+  // Copies are zero since the last sum_up(), so only the new contributions are added to their owners.
+  surface.add_forces(forces, force.data());
   space.sum_up(force);
   for (std::size_t k = 0; k < dofs.size(); ++k)
-    load[k] += force.local_element(dofs[k]);
+    load[k] += force[dofs[k]];
 }
 
-/// Half of the trapezoidal rule: the forces of this time level over half of the way at the present half-step velocity.
+/// Half of the trapezoidal rule: forces of this time level times half of the drift at the present half-step velocity.
 template <int dim>
 void ExplicitSolver<dim>::add_surface_work(const double dt)
 {
   const std::vector<int> &dofs = surface.owned_dofs();
   for (std::size_t source = 0; source < surface_force.size(); ++source)
     for (std::size_t k = 0; k < surface_force[source].size(); ++k)
-      surface_work[source] += 0.5 * dt * surface_force[source][k] * velocity.local_element(dofs[k]);
+      surface_work[source] += 0.5 * dt * surface_force[source][k] * velocity[dofs[k]];
 }
 
 template <int dim>
 void ExplicitSolver<dim>::set_state(const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v)
 {
   if (u.cols() != space.mesh.n_nodes() || v.cols() != space.mesh.n_nodes())
-    throw std::runtime_error("state: not as many values as nodes");
+    throw std::logic_error("set_state: not as many values as nodes");
   for (std::size_t i = 0; i < space.owned_nodes.size(); ++i)
     for (int c = 0; c < dim; ++c)
     {
-      displacement.local_element(dim * i + c) = u(c, space.owned_nodes[i]);
-      velocity.local_element(dim * i + c) = v(c, space.owned_nodes[i]);
+      displacement[dim * i + c] = u(c, space.owned_nodes[i]);
+      velocity[dim * i + c] = v(c, space.owned_nodes[i]);
     }
   stop_massless_nodes();
   space.update_copies(displacement);
@@ -337,9 +352,9 @@ Energies ExplicitSolver<dim>::energies() const
   space.update_copies(u);
   double kinetic = 0.;
   for (int i = 0; i < space.n_owned_dofs(); ++i)
-    kinetic += 0.5 * mass.local_element(i) * velocity.local_element(i) * velocity.local_element(i);
-  std::array<double, 7> sums = {{kinetic, finite_step_energy(), kernel.elastic_energy(u.begin()), boundary_work,
-                                 absorbed_energy, surface_work[0], surface_work[1]}};
+    kinetic += 0.5 * mass[i] * velocity[i] * velocity[i];
+  std::array<double, 7> sums = {{kinetic, finite_step_energy(), kernel.elastic_energy(u.data()), boundary_work, absorbed_energy,
+                                 surface_work[0], surface_work[1]}};
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, space.comm);
   return {sums[0], sums[1], sums[2], sums[3], sums[4], {{sums[5], sums[6]}}};
 }

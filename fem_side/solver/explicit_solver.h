@@ -11,6 +11,7 @@
 #include "fem_side/mesh/nodal_window.h"
 #include "fem_side/mesh/point_locator.h"
 
+#include <cstdint>
 #include <memory>
 
 namespace kerf::fem
@@ -68,13 +69,14 @@ private:
   double kinetic_energy_of_velocity_boundaries() const;
   void add_surface_work(double dt);
   double finite_step_energy() const;
+  void check_velocities() const;
 
   Settings settings;
   NodalSpace<dim> space;
   PointLocator<dim> locator;
   Eigen::Matrix3Xd points;
 
-  /// The middles of some owned cells, a lane each.
+  /// Centres of as many owned cells as there are lanes.
   struct CentreBatch
   {
     Lanes gradient[n][dim]; ///< dN/dX [1/m]
@@ -82,21 +84,22 @@ private:
   };
 
   Eigen::VectorXd alpha;            ///< weight of every quadrature point of owned cells
-  std::vector<CentreBatch> centres; ///< in the order of the owned cells; the last one fills up its batch
+  std::vector<CentreBatch> centres; ///< in the order of the owned cells; the last cell fills the rest of its batch
   CellKernel<dim> kernel;
   int n_active = 0;
   NodalVector displacement, velocity, force, mass;
-  mutable NodalVector with_copies;  ///< of the nodes of other ranks that owned cells have
+  mutable NodalVector with_copies;  ///< displacements with copies and slaves up to date, for const functions
   std::vector<double> inverse_mass; ///< per owned component; 0 where prescribed or without mass
   double last_dt = 0.;              ///< of the last step [s]
-  bool forces_are_current = false;  ///< false after a change of state or weights from outside
+  std::int64_t n_steps = 0;
+  bool forces_are_current = false; ///< false after set_state() and set_weights()
 
   std::vector<PrescribedDof> prescribed;
   Surface<dim> surface;
   AbsorbingBoundary<dim> absorbing;
   ExternalLoads<dim> loads;
   double now = 0.; ///< time of the positions [s]
-  std::unique_ptr<NodalWindow<dim>> window;
+  std::unique_ptr<NodalWindow<dim>> nodal_window;
   double boundary_work = 0.;                        ///< this rank's part [J]
   double absorbed_energy = 0.;                      ///< this rank's part [J]
   std::array<std::vector<double>, 2> surface_force; ///< of each SurfaceLoad in this step, on surface.owned_dofs() [N]

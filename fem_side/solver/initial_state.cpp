@@ -24,7 +24,7 @@ Eigen::Matrix3d first_piola(const Law &law, const Eigen::Matrix3d &gradient)
   return result;
 }
 
-/// Strain of a stress by Hooke's law, in two dimensions of its in-plane part in plane strain.
+/// Strain of a stress by Hooke's law; in two dimensions plane strain of the in-plane part.
 Eigen::Matrix3d hooke_strain(const ElasticLaw<FiniteStrain> &law, const int dim, const Eigen::Matrix3d &stress)
 {
   const double share = law.lambda / (dim * law.lambda + 2. * law.mu);
@@ -46,7 +46,7 @@ InitialState initial_state(const Settings &settings)
   InitialState state;
   if (target.norm() == 0.)
     return state;
-  // Hooke's law as approximate tangent: the error falls by the size of the strain in each round.
+  // Newton's method with Hooke's law as approximate tangent: each round reduces the error by a factor of about the strain.
   for (int round = 0; round < 100; ++round)
   {
     if (finite)
@@ -63,6 +63,6 @@ InitialState initial_state(const Settings &settings)
       return state;
     state.gradient += hooke_strain(law, dim, 0.5 * (missing + missing.transpose()));
   }
-  throw std::runtime_error("initial stress: too large for the stiffness of the rock");
+  throw std::invalid_argument("initial stress: too large for the stiffness of the rock");
 }
 } // namespace kerf::fem

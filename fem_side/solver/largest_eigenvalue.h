@@ -14,10 +14,10 @@ struct LargestEigenvalue
   int iterations = 0;
 };
 
-/// Largest eigenvalue of a symmetric non-negative operator whose vectors are distributed over ranks, by Lanczos' method without
-/// reorthogonalisation (copies of converged eigenvalues do not disturb the largest; Parlett 1998, ch. 13). The top of an
-/// elastic spectrum is dense, where plain power iteration would need thousands of products. @p apply: y = A x, collective. @p
-/// start: this rank's part of the start vector. Stops when the error falls below @p tolerance times the value. Collective.
+/// Largest eigenvalue of a symmetric positive semi-definite operator whose vectors are distributed over ranks. Lanczos' method
+/// without reorthogonalisation: copies of converged eigenvalues do not change the largest (Parlett 1998, ch. 13). Power
+/// iteration would need thousands of products because the top of an elastic spectrum is dense. @p apply: y = A x, collective.
+/// @p start: this rank's part of the start vector. Stops when the error falls below @p tolerance times the value. Collective.
 LargestEigenvalue largest_eigenvalue(const std::function<void(const Eigen::VectorXd &x, Eigen::VectorXd &y)> &apply,
                                      const Eigen::VectorXd &start, MPI_Comm comm, double tolerance, int max_iterations);
 } // namespace kerf::fem

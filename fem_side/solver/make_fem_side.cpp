@@ -12,11 +12,11 @@ namespace
 void check_material(const Material &material)
 {
   if (!(material.density > 0.))
-    throw std::runtime_error("rock: the density must be positive");
+    throw std::invalid_argument("rock: the density must be positive");
   if (!(material.young > 0.))
-    throw std::runtime_error("rock: Young's modulus must be positive");
+    throw std::invalid_argument("rock: Young's modulus must be positive");
   if (!(material.poisson > -1. && material.poisson < 0.5))
-    throw std::runtime_error("rock: Poisson's ratio must lie between -1 and 0.5");
+    throw std::invalid_argument("rock: Poisson's ratio must lie between -1 and 0.5");
 }
 } // namespace
 
@@ -28,7 +28,7 @@ std::unique_ptr<FemSide> make_fem_side(const Settings &settings)
     return std::make_unique<ExplicitSolver<2>>(settings);
   if (settings.dim == 3)
     return std::make_unique<ExplicitSolver<3>>(settings);
-  throw std::runtime_error("dimension: must be 2 or 3");
+  throw std::invalid_argument("dimension: must be 2 or 3");
 }
 
 std::string library_version()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What the solver computes on demand: stresses, stable step, output.
+// Results that the solver computes on demand: stresses, stable step, output.
 #include "fem_side/solver/explicit_solver.h"
 #include "fem_side/solver/largest_eigenvalue.h"
 #include "fem_side/solver/stress_recovery.h"
@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
 
 namespace kerf::fem
 {
@@ -122,7 +123,7 @@ CellStress ExplicitSolver<dim>::stress_of(const Law &law) const
       {
         Lanes value;
         for (int lane = 0; lane < n_lanes; ++lane)
-          value[lane] = u.begin()[batch.dof[a][lane] + i];
+          value[lane] = u.data()[batch.dof[a][lane] + i];
         for (int j = 0; j < dim; ++j)
           H[i][j] += value * batch.gradient[a][j];
       }
@@ -133,7 +134,7 @@ CellStress ExplicitSolver<dim>::stress_of(const Law &law) const
       {
         q1::NodalValues<dim> values;
         for (int a = 0; a < n; ++a)
-          values.col(a) = Eigen::Map<const q1::Point<dim>>(u.begin() + batch.dof[a][lane]);
+          values.col(a) = Eigen::Map<const q1::Point<dim>>(u.data() + batch.dof[a][lane]);
         const CellGeometry<dim> cell(space.cell_nodes(space.owned_cells[first + lane]), weights_of(first + lane));
         mean[lane] = mean_dilatation<dim, Law>(cell, values);
       }
@@ -160,7 +161,7 @@ std::vector<CellStiffness> ExplicitSolver<dim>::cell_stiffness(const std::vector
   {
     const auto owned = std::find(space.owned_cells.begin(), space.owned_cells.end(), cells[k]);
     if (owned == space.owned_cells.end())
-      throw std::runtime_error("cell stiffness: this rank does not own cell " + std::to_string(cells[k]));
+      throw std::logic_error("cell_stiffness: this rank does not own cell " + std::to_string(cells[k]));
     std::array<int, n> first_dofs;
     for (int q = 0; q < n; ++q)
     {
@@ -188,18 +189,17 @@ double ExplicitSolver<dim>::stable_step() const
 {
   const int n_dofs = space.n_owned_dofs();
   const Eigen::VectorXd scale = Eigen::Map<const Eigen::VectorXd>(inverse_mass.data(), n_dofs).cwiseSqrt();
-  NodalVector u(space.partitioner), f(space.partitioner);
+  NodalVector u = space.zero_vector(), f = u;
   const auto apply = [&](const Eigen::VectorXd &x, Eigen::VectorXd &y)
   {
     for (int i = 0; i < n_dofs; ++i)
-      u.local_element(i) = scale[i] * x[i];
+      u[i] = scale[i] * x[i];
     space.update_copies(u);
-    f = 0.;
-    f.zero_out_ghost_values();
-    kernel.subtract_linear_forces(u.begin(), f.begin());
+    f.setZero();
+    kernel.subtract_linear_forces(u.data(), f.data());
     space.sum_up(f);
     for (int i = 0; i < n_dofs; ++i)
-      y[i] = -scale[i] * f.local_element(i);
+      y[i] = -scale[i] * f[i];
   };
   Eigen::VectorXd start(n_dofs);
   for (int i = 0; i < n_dofs; ++i)
@@ -221,7 +221,7 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
   const int n_cells = space.mesh.n_cells();
   VtuContent content{u, v, std::vector<bool>(n_cells, false), {}, {}};
 
-  dealii::Vector<double> mean_alpha(n_cells);
+  Eigen::VectorXd mean_alpha = Eigen::VectorXd::Zero(n_cells);
   for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
     mean_alpha[space.owned_cells[c]] = alpha.template segment<n>(n * c).mean();
   content.cell_data.emplace_back("alpha", mean_alpha);
@@ -232,7 +232,7 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
   {
     if (dim == 2 && (k == 3 || k == 4))
       continue;
-    dealii::Vector<double> component(n_cells);
+    Eigen::VectorXd component = Eigen::VectorXd::Zero(n_cells);
     for (std::size_t i = 0; i < stress.cell.size(); ++i)
       component[stress.cell[i]] = stress.sigma(k, i);
     content.cell_data.emplace_back(std::string("stress_") + names[k], component);
@@ -244,8 +244,8 @@ void ExplicitSolver<dim>::write_vtu(const std::string &path,
   for (const auto &[name, values] : cell_fields)
   {
     if (values.size() != n_cells)
-      throw std::runtime_error("cell field '" + name + "': not as many values as mesh cells");
-    content.cell_data.emplace_back(name, dealii::Vector<double>(values.data(), values.data() + n_cells));
+      throw std::logic_error("write_vtu: cell field '" + name + "': not as many values as mesh cells");
+    content.cell_data.emplace_back(name, values);
   }
   write_vtu_file<dim>(space, path, content);
 }

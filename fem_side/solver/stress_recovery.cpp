@@ -49,7 +49,7 @@ Eigen::Vector3d centre(const Mesh &mesh, const int cell)
   return sum / static_cast<double>(mesh.cells.rows());
 }
 
-/// Value at @p point of the best linear fit through the cells' centres; their mean where no slope can be told.
+/// Value at @p point of the best linear fit through the cells' centres; their mean if they determine no slope.
 template <int dim>
 Stress fitted(const Mesh &mesh, const AllCells &all, std::vector<int> cells, const Eigen::Vector3d &point)
 {
@@ -73,7 +73,7 @@ Stress fitted(const Mesh &mesh, const AllCells &all, std::vector<int> cells, con
       A += row * row.transpose();
       b += row * all.sigma.col(cell).transpose();
     }
-    // The first row of the inverse is all it takes. Without a slope along some direction the determinant is round-off.
+    // Only the first row of the inverse is needed. If some slope is undetermined the determinant is round-off.
     if (A.determinant() > 1e-12 * std::pow(A.trace(), dim + 1))
       return (A.inverse().row(0) * b).transpose();
     add_neighbours(mesh, all.present, cells);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/solver/vtu_output.h"
 
+#include "fem_side/mesh/discretisation.h"
+
+#include <deal.II/lac/la_parallel_vector.h>
 #include <deal.II/numerics/data_out.h>
 
 namespace kerf::fem
@@ -16,16 +19,31 @@ template <>
 const std::vector<std::pair<const char *, int>> stress_component<3> = {{"xx", 0}, {"yy", 1}, {"zz", 2},
                                                                        {"yz", 3}, {"xz", 4}, {"xy", 5}};
 
-/// The components as vectors of dim components a node: that is what there are numbers for.
+using LibraryVector = dealii::LinearAlgebra::distributed::Vector<double>;
+
+/// The owned values; the output fetches copies itself.
 template <int dim>
-std::vector<NodalVector> nodal_vectors(const NodalSpace<dim> &space, const Eigen::Matrix<double, 6, Eigen::Dynamic> &values)
+LibraryVector library_vector(const NodalSpace<dim> &space, const NodalVector &values)
 {
-  std::vector<NodalVector> result(stress_component<dim>.size() / dim, NodalVector(space.partitioner));
+  LibraryVector result(space.owners().library_partitioner());
+  std::copy(values.data(), values.data() + space.n_owned_dofs(), result.begin());
+  return result;
+}
+
+/// The components as vectors with dim components a node, because degrees of freedom exist for such vectors only.
+template <int dim>
+std::vector<LibraryVector> nodal_vectors(const NodalSpace<dim> &space, const Eigen::Matrix<double, 6, Eigen::Dynamic> &values)
+{
+  std::vector<NodalVector> vectors(stress_component<dim>.size() / dim, space.zero_vector());
   for (std::size_t k = 0; k < stress_component<dim>.size(); ++k)
     for (std::size_t i = 0; i < space.owned_nodes.size(); ++i)
-      result[k / dim].local_element(dim * i + k % dim) = values(stress_component<dim>[k].second, space.owned_nodes[i]);
-  for (NodalVector &vector : result)
+      vectors[k / dim][dim * i + k % dim] = values(stress_component<dim>[k].second, space.owned_nodes[i]);
+  std::vector<LibraryVector> result;
+  for (NodalVector &vector : vectors)
+  {
     space.update_copies(vector);
+    result.push_back(library_vector(space, vector));
+  }
   return result;
 }
 } // namespace
@@ -33,6 +51,9 @@ std::vector<NodalVector> nodal_vectors(const NodalSpace<dim> &space, const Eigen
 template <int dim>
 void write_vtu_file(const NodalSpace<dim> &space, const std::string &path, const VtuContent &content)
 {
+  const auto &dof_handler = space.library().dof_handler;
+  const LibraryVector displacement = library_vector(space, content.displacement);
+  const LibraryVector velocity = library_vector(space, content.velocity);
   dealii::DataOut<dim> output;
   output.set_cell_selection(
     [&content](const typename dealii::Triangulation<dim>::cell_iterator &cell)
@@ -40,9 +61,9 @@ void write_vtu_file(const NodalSpace<dim> &space, const std::string &path, const
 
   const std::vector<dealii::DataComponentInterpretation::DataComponentInterpretation> vector_valued(
     dim, dealii::DataComponentInterpretation::component_is_part_of_vector);
-  output.add_data_vector(space.dof_handler, content.displacement, std::vector<std::string>(dim, "displacement"), vector_valued);
-  output.add_data_vector(space.dof_handler, content.velocity, std::vector<std::string>(dim, "velocity"), vector_valued);
-  const std::vector<NodalVector> smooth = nodal_vectors(space, content.smooth_stress);
+  output.add_data_vector(dof_handler, displacement, std::vector<std::string>(dim, "displacement"), vector_valued);
+  output.add_data_vector(dof_handler, velocity, std::vector<std::string>(dim, "velocity"), vector_valued);
+  const std::vector<LibraryVector> smooth = nodal_vectors(space, content.smooth_stress);
   const std::vector<dealii::DataComponentInterpretation::DataComponentInterpretation> scalars(
     dim, dealii::DataComponentInterpretation::component_is_scalar);
   for (std::size_t k = 0; k < smooth.size(); ++k)
@@ -50,10 +71,15 @@ void write_vtu_file(const NodalSpace<dim> &space, const std::string &path, const
     std::vector<std::string> names;
     for (int c = 0; c < dim; ++c)
       names.push_back(std::string("smooth_stress_") + stress_component<dim>[dim * k + c].first);
-    output.add_data_vector(space.dof_handler, smooth[k], names, scalars);
+    output.add_data_vector(dof_handler, smooth[k], names, scalars);
   }
+  std::vector<dealii::Vector<double>> cell_data; // the output keeps references
+  cell_data.reserve(content.cell_data.size());
   for (const auto &[name, values] : content.cell_data)
-    output.add_data_vector(values, name, dealii::DataOut<dim>::type_cell_data);
+  {
+    cell_data.emplace_back(values.data(), values.data() + values.size());
+    output.add_data_vector(cell_data.back(), name, dealii::DataOut<dim>::type_cell_data);
+  }
   dealii::DataOutBase::VtkFlags flags;
   flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default takes seven times as long
   output.set_flags(flags);

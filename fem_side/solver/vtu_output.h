@@ -8,14 +8,14 @@
 
 namespace kerf::fem
 {
-/// What goes into one VTU file beside the mesh. Cell data have one entry for every cell of the mesh; only those of owned cells
-/// are read.
+/// Contents of a VTU file besides the mesh. Cell data have one entry for every cell of the mesh; entries of cells that this
+/// rank does not own are ignored.
 struct VtuContent
 {
-  const NodalVector &displacement; ///< with ghosts [m]
-  const NodalVector &velocity;     ///< with ghosts [m/s]
+  const NodalVector &displacement; ///< slaves up to date [m]
+  const NodalVector &velocity;     ///< slaves up to date [m/s]
   std::vector<bool> written;       ///< per mesh cell
-  std::vector<std::pair<std::string, dealii::Vector<double>>> cell_data;
+  std::vector<std::pair<std::string, Eigen::VectorXd>> cell_data;
   Eigen::Matrix<double, 6, Eigen::Dynamic> smooth_stress; ///< at the nodes, xx, yy, zz, yz, xz, xy [Pa]
 };
 

@@ -48,7 +48,7 @@ public:
       fem::Interpolation &row = found[k];
       row.cell = j * n_x + i;
       row.n = 4;
-      row.xi = {x - i, y - j, 0.};
+      row.xi = {{x - i, y - j, 0.}};
       for (int a = 0; a < 4; ++a)
       {
         const double s = a % 2 ? x - i : 1. - (x - i), t = a / 2 ? y - j : 1. - (y - j);

@@ -167,14 +167,14 @@ inline int this_rank()
   return rank;
 }
 
-/// Message of the error that building the side throws; empty without error.
+/// Message for the user of the settings that building the side refuses; empty if it accepts them.
 inline std::string error_of(const Settings &settings)
 {
   try
   {
     make_fem_side(settings);
   }
-  catch (const std::runtime_error &error)
+  catch (const std::invalid_argument &error)
   {
     return error.what();
   }

@@ -214,6 +214,21 @@ TEST_P(FemForces, WeightsOutOfRangeAreRefused)
 {
   Eigen::VectorXd alpha = Eigen::VectorXd::Ones(side->quadrature_points().cols());
   alpha[0] = -0.1;
-  EXPECT_THROW(side->set_weights(alpha), std::runtime_error);
-  EXPECT_THROW(side->set_weights(Eigen::VectorXd::Ones(alpha.size() + 1)), std::runtime_error);
+  EXPECT_THROW(side->set_weights(alpha), std::logic_error);
+  EXPECT_THROW(side->set_weights(Eigen::VectorXd::Ones(alpha.size() + 1)), std::logic_error);
+}
+
+// At three times the stable step the shortest wave grows by a factor of 30 in each step. Every rank gets the error.
+TEST(FemSolver, RunawayIsNoticedOnEveryRank)
+{
+  const std::unique_ptr<FemSide> side = make_fem_side(box({0.8, 0.5, 0.}, 0.1));
+  const int n = side->mesh().n_nodes();
+  side->set_state(Eigen::Matrix3Xd::Zero(3, n), noise_field(n, 1e-3, 5));
+  const double dt = 3. * side->stable_step();
+  const auto run = [&]
+  {
+    for (int i = 1; i <= 2000; ++i)
+      step(*side, dt, i * dt);
+  };
+  EXPECT_THROW(run(), Unstable);
 }

@@ -147,7 +147,7 @@ TEST(FemMesh, DiscAndCylinder)
   EXPECT_NEAR(nodes.row(0).maxCoeff() - nodes.row(0).minCoeff(), 0.5, 1e-12);
   Settings oval = box({0.6, 0.5, 0.}, 0.02);
   oval.mesh.shape = MeshShape::disc;
-  EXPECT_THROW(make_fem_side(oval), std::runtime_error);
+  EXPECT_THROW(make_fem_side(oval), std::invalid_argument);
 }
 
 TEST(FemMesh, EveryCellHasOneOwnerAndRanksShareFairly)

@@ -76,7 +76,7 @@ TEST_F(FemExchange, WindowForcesAreTheTransposeOfReading)
   for (int d = 0; d < 2; ++d)
     EXPECT_NEAR(global_sum(push.row(d).sum()), change.row(d).sum(), 1e-12 * scale);
   EXPECT_GT(change.norm(), 1e7);
-  EXPECT_THROW(side->add_window_forces(Eigen::Matrix3Xd::Zero(3, nodes.size() + 1)), std::runtime_error);
+  EXPECT_THROW(side->add_window_forces(Eigen::Matrix3Xd::Zero(3, nodes.size() + 1)), std::logic_error);
 }
 
 // Weighted length of the whole boundary; alpha is constant in each half, so the means over cells are exact.
