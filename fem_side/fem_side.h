@@ -222,10 +222,23 @@ struct Energies
   std::array<double, 2> surface = {{0., 0.}}; ///< work of each SurfaceLoad since the start (trapezoidal rule) [J]
 };
 
+/// The part of the finite elements that a contact with their surface needs.
+struct SurfaceContact
+{
+  virtual ~SurfaceContact() = default;
+
+  /// Points of the outer boundary that lie in the box [lower, upper] [m] (current positions, whole faces), on faces whose
+  /// enclosing ball is @p near; without a test on all of them. Not collective.
+  virtual void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, const NearTest &near,
+                              SurfacePoints &points) const = 0;
+  /// Adds forces [N] at the points of the last surface_points() call. Collective.
+  virtual void add_surface_forces(const Eigen::Matrix3Xd &forces, SurfaceLoad source) = 0;
+};
+
 /// One explicit step (velocity Verlet = central differences, Verlet with lumped mass) is
 /// begin_step(dt); compute_forces(t); ...forces added from outside...; end_step(dt).
 /// All functions are collective unless stated; energies and steps are the same on every rank.
-class FemSide
+class FemSide : public SurfaceContact
 {
 public:
   virtual ~FemSide() = default;
@@ -260,13 +273,6 @@ public:
   virtual void read_window(NodalField field, Eigen::Matrix3Xd &values) const = 0;
   /// Adds forces [N] to the window nodes; the exact transpose of read_window().
   virtual void add_window_forces(const Eigen::Matrix3Xd &forces) = 0;
-
-  /// Points of the outer boundary that lie in the box [lower, upper] [m] (current positions, whole faces), on faces whose
-  /// enclosing ball is @p near; without a test on all of them. Not collective.
-  virtual void surface_points(const Eigen::Vector3d &lower, const Eigen::Vector3d &upper, const NearTest &near,
-                              SurfacePoints &points) const = 0;
-  /// Adds forces [N] at the points of the last surface_points() call. Collective.
-  virtual void add_surface_forces(const Eigen::Matrix3Xd &forces, SurfaceLoad source) = 0;
 
   virtual CellStress cell_stress() const = 0;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/coupled_model.h"
 
+#include "coupler/application/case_file/fem_settings.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
@@ -35,10 +36,11 @@ CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, c
     regions(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width),
     activation(settings, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
     return_rule(settings, fem.mesh(), packing, virial_stress, comm),
-    boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing), loads(settings, fem.mesh(), packing),
+    boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
+    loads(fem_settings(settings, MPI_COMM_SELF), fem.mesh(), packing),
     constraint(make_constraint(settings, packing, dt, comm, std::move(fluctuations))), monitor(settings, packing, comm),
     cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm),
-    loose(settings, packing, dt, comm), tool_work(dt, comm), debris_work(dt, comm), boundary_work(dt, comm),
+    debris_contact(settings.bond, packing, dt, comm), tool_work(dt, comm), debris_work(dt, comm), boundary_work(dt, comm),
     absorbing_work(dt, comm)
 {
 }
@@ -90,7 +92,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   {
     if (stepping)
       cutter.move_to(now);
-    cutter.apply(tool_forces.catch_forces(particles), fem_side);
+    cutter.apply(tool_forces.catch_forces(particles), fem_side.n_active_cells() > 0 ? &fem_side : nullptr);
     tool_forces.release(cutter.touched(), particles, tool_work);
     if (stepping)
     {
@@ -99,7 +101,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
     }
   }
   if (with_fem)
-    loose.apply(phase, particles, fem_side, debris_work);
+    debris_contact.apply(phase, particles, fem_side, debris_work);
   clock.lap(Part::tool);
   boundary.damp(particles, absorbing_work);
   loads.apply(particles, now, boundary_work);
@@ -129,7 +131,7 @@ void CoupledModel::advance(int steps)
     throw UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what());
   }
   if (fem_side.n_active_cells() > 0)
-    loose.find_debris(*dem_side, regions.bonds(), regions.tied_particles());
+    debris_contact.find_debris(*dem_side, regions.bonds(), regions.tied_particles());
   clock.lap(Part::dem);
 }
 
@@ -394,8 +396,9 @@ ToolForce CoupledModel::take_tool_force()
 EnergyLedger CoupledModel::energies() const
 {
   const ConstraintEnergy tie = constraint->energy();
-  double sums[7] = {tie.stored,          tie.dissipated, tool_work.local(), boundary_work.local(), absorbing_work.local(),
-                    debris_work.local(), loose.stored()};
+  double sums[7] = {
+    tie.stored,          tie.dissipated,         tool_work.local(), boundary_work.local(), absorbing_work.local(),
+    debris_work.local(), debris_contact.stored()};
   MPI_Allreduce(MPI_IN_PLACE, sums, 7, MPI_DOUBLE, MPI_SUM, comm);
   const dem::Energies particles = dem_side->energies();
   const fem::Energies continuum = fem_side.energies();

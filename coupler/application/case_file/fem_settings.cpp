@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/case_file/fem_settings.h"
 
+#include "coupler/loading/surface_resolution.h"
+
 namespace kerf
 {
 fem::Settings fem_settings(const Case &settings, MPI_Comm comm)
@@ -16,8 +18,7 @@ fem::Settings fem_settings(const Case &settings, MPI_Comm comm)
   result.gravity = settings.gravity;
   result.gravity_ramp = settings.gravity_ramp;
   result.initial_stress = settings.initial_stress;
-  // As fine as the particles, or a round tool would sink between two contact points before it is felt.
-  result.surface_spacing = 0.25 * settings.packing.mean_diameter;
+  result.surface_spacing = surface_resolution::point_spacing * settings.packing.mean_diameter;
   return result;
 }
 } // namespace kerf

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/loading/boundary/particle_loads.h"
 
-#include "coupler/application/case_file/fem_settings.h"
 #include "coupler/loading/boundary/tributary_areas.h"
 
 namespace kerf
 {
-ParticleLoads::ParticleLoads(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing)
-  : conditions(settings.boundary_conditions), gravity(settings.gravity), gravity_ramp(settings.gravity_ramp),
-    pushes(packing.size())
+ParticleLoads::ParticleLoads(const fem::Settings &body, const fem::Mesh &mesh, const dem::Packing &packing)
+  : conditions(body.boundary_conditions), gravity(body.gravity), gravity_ramp(body.gravity_ramp), pushes(packing.size())
 {
-  const Eigen::Matrix3d stress = fem::initial_state(fem_settings(settings, MPI_COMM_SELF)).first_piola;
+  const Eigen::Matrix3d stress = fem::initial_state(body).first_piola;
   for (std::size_t c = 0; c < conditions.size(); ++c)
   {
     const fem::BoundaryKind kind = conditions[c].kind;
