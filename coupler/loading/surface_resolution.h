@@ -5,13 +5,13 @@
 /// contact has the scale of a particle on both sides of the coupling, whatever the size of the cells.
 namespace kerf::surface_resolution
 {
-/// Largest distance of the surface points at which the finite elements feel a contact. It is small against a particle: between
-/// coarse points a round tool or a particle would sink in before any point is met.
+/// Spacing of the surface points at which the finite elements feel a contact. It is small against a particle: between coarse
+/// points a round tool or a particle would sink in before any point is met.
 constexpr double point_spacing = 0.25;
 
-/// A surface point stands for a flat patch around it with this radius. The patches have to cover the surface without holes:
-/// half the spacing does in the plane, half the diagonal of a square of points in space (0.125 d and 0.177 d). A fifth is added
-/// for overlap, since the surface deforms.
+/// A surface point stands for a flat patch around it with this radius. The patches have to cover the surface without holes. The
+/// points are Gauss points, two along each part of a face of at most twice the spacing, so neighbours are up to
+/// 2/sqrt(3) x 0.25 d = 0.289 d apart. Half of that covers a line (0.144 d), half the diagonal of the square a plane (0.204 d).
 constexpr double patch_radius(int dim)
 {
   return dim == 2 ? 0.15 : 0.21;
