@@ -6,12 +6,24 @@
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
 #include "coupler/method/activation/relaxation.h"
+#include "coupler/method/stability/stable_step.h"
 
 #include <algorithm>
 #include <numeric>
 
 namespace kerf
 {
+ConstraintModel constraint_model(const Case &settings, const dem::Packing &packing, MPI_Comm comm)
+{
+  return {settings.constraint,
+          settings.overlap,
+          settings.bond.k_n,
+          settings.bond.k_t,
+          settings.packing.mean_diameter,
+          &packing,
+          comm};
+}
+
 dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm)
 {
   dem::Settings result;
@@ -30,19 +42,21 @@ dem::Settings particle_settings(const Case &settings, const dem::Packing &packin
 }
 
 CoupledModel::CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
-                           MPI_Comm comm, std::shared_ptr<const Fluctuations> fluctuations)
+                           MPI_Comm comm, std::unique_ptr<Constraint> given_constraint)
   : settings(settings), mode(mode), fem_side(fem), packing(packing), dt(dt), comm(comm),
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
-    regions(fem.mesh(), fem.quadrature_points(), packing, settings.weight_function, settings.overlap_width),
+    regions(fem.mesh(), fem.quadrature_points(), packing, settings.overlap.weight_function, settings.overlap.width),
     activation(settings, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
     return_rule(settings, fem.mesh(), packing, virial_stress, comm),
     boundary(fem.mesh(), settings.rock, settings.boundary_conditions, packing),
     loads(fem_settings(settings, MPI_COMM_SELF), fem.mesh(), packing),
-    constraint(make_constraint(settings, packing, dt, comm, std::move(fluctuations))), monitor(settings, packing, comm),
+    constraint(given_constraint ? std::move(given_constraint) : make_constraint(constraint_model(settings, packing, comm))),
+    monitor(settings, packing, comm),
     cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.rock.density, comm),
     debris_contact(settings.bond, packing, dt, comm), tool_work(dt, comm), debris_work(dt, comm), boundary_work(dt, comm),
     absorbing_work(dt, comm)
 {
+  constraint->set_time_step(dt);
 }
 
 void CoupledModel::start()
@@ -206,7 +220,7 @@ void CoupledModel::convert(const std::vector<int> &cells)
   constraint->set_particles(ties);
   relax_particles(added, reweighted, ties, accelerations);
   if (mode == Mode::adaptive)
-    monitor.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, constraint->corrector_of(fem_side));
+    monitor.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, *constraint);
 
   event.bonds_stored = bonds_between(added);
   audit_stress(event, stress, stresses_of(cells, true));
@@ -246,7 +260,7 @@ void CoupledModel::return_to_continuum(std::vector<int> cells)
   dem_side->set_weights(regions.de_weights());
   set_up_forces();
   if (mode == Mode::adaptive)
-    monitor.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, constraint->corrector_of(fem_side));
+    monitor.check(fem_side, regions, ties, dem_side->is_active(), cells, dt, *constraint);
   audit_stress(event, stress, stresses_of(cells, false));
   close_event(event);
 }
@@ -312,7 +326,7 @@ void CoupledModel::relax_particles(const std::vector<int> &added, const std::vec
 {
   const Tie tie = constraint->tie();
   // In mode dem particles start where bonds are at rest.
-  const bool at_rest = settings.relaxation_steps == 0 || (mode == Mode::dem && settings.initial_stress.norm() == 0.);
+  const bool at_rest = settings.activation.relaxation_steps == 0 || (mode == Mode::dem && settings.initial_stress.norm() == 0.);
   std::vector<int> moving = added;
   if (tie == Tie::rigid)
   {

@@ -11,9 +11,9 @@
 #include "coupler/loading/tool/tool.h"
 #include "coupler/method/activation/activation_rule.h"
 #include "coupler/method/activation/return_rule.h"
-#include "coupler/method/constraint/constraint.h"
+#include "coupler/method/constraint/make_constraint.h"
 #include "coupler/method/overlap/overlap.h"
-#include "coupler/method/stability/stable_step.h"
+#include "coupler/method/stability/stability_monitor.h"
 #include "coupler/method/step_timer.h"
 
 #include <memory>
@@ -44,9 +44,9 @@ class CoupledModel
 {
 public:
   /// @param fem, @param packing and @param settings are kept by reference. @param dt step of both sides [s]
-  /// @param fluctuations see make_constraint()
+  /// @param constraint of the settings (see constraint_model()); null: made here
   CoupledModel(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt, MPI_Comm comm,
-               std::shared_ptr<const Fluctuations> fluctuations = nullptr);
+               std::unique_ptr<Constraint> constraint = nullptr);
 
   /// Converts the cells that the mode asks for at time zero. Collective.
   void start();
@@ -129,6 +129,8 @@ private:
   StepTimer clock;
 };
 
+/// What the constraint of a model is made from; refers to @p packing.
+ConstraintModel constraint_model(const Case &settings, const dem::Packing &packing, MPI_Comm comm);
 /// What the particle side of a case is set up with.
 dem::Settings particle_settings(const Case &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
 } // namespace kerf

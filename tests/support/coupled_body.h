@@ -3,6 +3,7 @@
 
 #include "coupler/application/case_file/fem_settings.h"
 #include "coupler/method/coupled_model.h"
+#include "tests/support/stable_steps_of.h"
 
 #include <cmath>
 #include <functional>
@@ -24,12 +25,12 @@ inline Case lattice_rock(double d)
   settings.bond.k_n = settings.rock.young / (std::sqrt(3.) * 1.2 * 0.6);
   settings.bond.k_t = 0.2 * settings.bond.k_n;
   settings.bond.R_n = settings.bond.R_t = 1e12;
-  settings.constraint = ConstraintMethod::penalty_mass_scaled;
-  settings.penalty_ratio = 0.25;
-  settings.weight_function = WeightFunction::linear;
-  settings.criterion = Criterion::von_mises;
-  settings.sigma_star = 1e12;
-  settings.tensile_strength = settings.compressive_strength = 1.;
+  settings.constraint.method = "penalty_mass_scaled";
+  settings.constraint.penalty_ratio = 0.25;
+  settings.overlap.weight_function = WeightFunction::linear;
+  settings.activation.criterion = Criterion::von_mises;
+  settings.activation.sigma_star = 1e12;
+  settings.activation.tensile_strength = settings.activation.compressive_strength = 1.;
   settings.tool.kind = ToolKind::none;
   settings.safety = 0.7;
   return settings;
@@ -43,8 +44,7 @@ struct Body
   }
   Body(const Case &the_case, const dem::Packing &store, Mode mode)
     : settings(the_case), packing(store), fem(make_fem(settings)),
-      dt(0.7 * stable_steps(settings, mode, *fem, packing, MPI_COMM_WORLD).coupled),
-      model(settings, mode, *fem, packing, dt, MPI_COMM_WORLD)
+      dt(0.7 * stable_steps_of(settings, mode, *fem, packing).coupled), model(settings, mode, *fem, packing, dt, MPI_COMM_WORLD)
   {
   }
   /// With a step of its own [s].

@@ -33,8 +33,8 @@ struct StripCase
     settings.mesh.periodic = {{false, true, false}};
     settings.packing.upper = settings.mesh.upper;
     settings.packing.periodic = settings.mesh.periodic;
-    settings.overlap_width = strip.overlap_width();
-    settings.fluctuation_relaxation = 0.05;
+    settings.overlap.width = strip.overlap_width();
+    settings.constraint.fluctuation_relaxation = 0.05;
     const double d = Strip::d;
     settings.fixed_region.push_back(
       {Eigen::Vector3d(0., -d, -1.), Eigen::Vector3d(strip.region_end(), strip.height() + d, 1.)});
@@ -47,7 +47,7 @@ struct StripCase
     settings.packing.kind = "random";
     settings.packing.radius_spread = 0.4;
     settings.packing.seed = strip.seed;
-    settings.relaxation_steps = 15;
+    settings.activation.relaxation_steps = 15;
     packing = dem::generate_packing(settings.packing);
     const dem::ElasticCalibration bonds = dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson);
     settings.bond.k_n = bonds.k_n;

@@ -109,7 +109,7 @@ inline Flexibilities flexibilities(const Case &settings, const dem::Packing &pac
   const double force = force_through(particles, 6. * Strip::d, gauge, direction);
   const double at_region = displacement_at(particles, region, direction, 1e-5);
   return {at_region / force, displacement_at(particles, gauge, direction, 1e-5) / force,
-          (displacement_at(particles, region + settings.overlap_width, direction, 1e-5) - at_region) / force};
+          (displacement_at(particles, region + settings.overlap.width, direction, 1e-5) - at_region) / force};
 }
 
 /// A packing is softer here and stiffer there, by some per cent. Run as particles alone, the strip tells the flexibility of its
@@ -120,7 +120,7 @@ inline PatchErrors patch_errors(const Case &settings, const dem::Packing &packin
 {
   const fem::Material &rock = settings.rock;
   const double modulus = direction == Direction::tension ? rock.lame_lambda() + 2. * rock.lame_mu() : rock.lame_mu();
-  const double overlap = settings.overlap_width, cells = settings.mesh.upper[0] - settings.fixed_region[0].upper[0] - overlap;
+  const double overlap = settings.overlap.width, cells = settings.mesh.upper[0] - settings.fixed_region[0].upper[0] - overlap;
   const double section = settings.mesh.upper[1] * (packing.dim == 3 ? settings.mesh.upper[2] : 1.);
   const double elongation = elongation_of(settings), of_rock = 1. / (modulus * section); // and metre
 
@@ -146,10 +146,10 @@ inline PatchErrors random_errors(const Case &method, int seed, Direction directi
   shape.overlap = overlap_cells;
   shape.high = 5;
   StripCase strip(shape);
-  strip.settings.constraint = method.constraint;
-  strip.settings.penalty_ratio = method.penalty_ratio;
-  strip.settings.corrector = method.corrector;
-  strip.settings.fluctuation_relaxation = 0.05;
+  strip.settings.constraint.method = method.constraint;
+  strip.settings.constraint.penalty_ratio = method.penalty_ratio;
+  strip.settings.constraint.corrector = method.corrector;
+  strip.settings.constraint.fluctuation_relaxation = 0.05;
   strip.settings.local_damping = 0.4;
   hold_ends(strip.settings);
   return patch_errors(strip.settings, strip.packing, flexibilities(strip.settings, strip.packing, direction), direction);

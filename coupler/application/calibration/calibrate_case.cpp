@@ -128,8 +128,8 @@ private:
     // Strain at the target at the duration asked for; the ends of a split disc yield several times its mean strain.
     const double speed_p = rock.rock.speed_p();
     const double duration = rock.calibration.transits * result.mesh.upper[1] / speed_p;
-    const double strain =
-      brazilian ? 5. * rock.tensile_strength / rock.rock.young : rock.compressive_strength / rock.rock.young;
+    const double strain = brazilian ? 5. * rock.activation.tensile_strength / rock.rock.young
+                                    : rock.activation.compressive_strength / rock.rock.young;
     result.tool = ToolSettings();
     result.tool.kind = ToolKind::platens;
     result.tool.closing_speed = strain * result.mesh.upper[1] / duration;
@@ -145,13 +145,13 @@ private:
   SpecimenResult run(const Case &settings) const
   {
     Console silent(false);
-    Problem problem = set_up_problem(settings, Mode::dem, silent, MPI_COMM_SELF);
-    CoupledModel model(problem.settings, Mode::dem, *problem.fem, problem.packing, problem.dt, MPI_COMM_SELF);
+    const auto problem = set_up_problem(settings, Mode::dem, silent, MPI_COMM_SELF);
+    CoupledModel model(problem->settings, Mode::dem, *problem->fem, problem->packing, problem->dt, MPI_COMM_SELF);
     model.start();
-    const SpecimenGauge gauge(problem.settings, problem.fem->mesh(), problem.packing, MPI_COMM_SELF);
+    const SpecimenGauge gauge(problem->settings, problem->fem->mesh(), problem->packing, MPI_COMM_SELF);
     SpecimenRecord record;
     const int interval =
-      std::max(1, static_cast<int>(settings.end_time / (200. * longest(is_brazilian(settings))) / problem.dt));
+      std::max(1, static_cast<int>(settings.end_time / (200. * longest(is_brazilian(settings))) / problem->dt));
     while (model.time() < settings.end_time && !record.fell_below(settings.stop_below))
     {
       model.advance(interval);
@@ -173,10 +173,10 @@ public:
 
   Attempt find(dem::BondParameters bond)
   {
-    const double target = rock.compressive_strength / rock.tensile_strength;
+    const double target = rock.activation.compressive_strength / rock.activation.tensile_strength;
     constexpr double tolerance = 0.02, accepted = 0.05;
     const double d = rock.packing.mean_diameter;
-    bond.R_n = 2. * rock.tensile_strength * (rock.dim() == 2 ? d : d * d);
+    bond.R_n = 2. * rock.activation.tensile_strength * (rock.dim() == 2 ? d : d * d);
     double q = 1.5; // R_t/R_n
     RatioSearch ratios;
     Attempt best;
@@ -193,8 +193,8 @@ public:
       }
       if (attempt.complete && error < tolerance)
         break;
-      bond.R_n *=
-        std::sqrt(rock.tensile_strength / attempt.tensile.value * rock.compressive_strength / attempt.compressive.value);
+      bond.R_n *= std::sqrt(rock.activation.tensile_strength / attempt.tensile.value * rock.activation.compressive_strength /
+                            attempt.compressive.value);
       const double off = std::log(attempt.ratio() / target);
       // Strains and the platens' grip on a disc grow with the strengths, which changes the ratio a little: the size comes
       // first.
@@ -227,8 +227,8 @@ private:
   }
   double worst_error(const Attempt &attempt) const
   {
-    return std::max(std::abs(attempt.tensile.value / rock.tensile_strength - 1.),
-                    std::abs(attempt.compressive.value / rock.compressive_strength - 1.));
+    return std::max(std::abs(attempt.tensile.value / rock.activation.tensile_strength - 1.),
+                    std::abs(attempt.compressive.value / rock.activation.compressive_strength - 1.));
   }
   Attempt evaluate(const dem::BondParameters &bond)
   {
@@ -261,8 +261,8 @@ std::string report(const Case &rock, const Attempt &found)
   };
   line("E of the specimens", rock.rock.young, found.young, 1e9, "GPa");
   line("nu of the specimens", rock.rock.poisson, found.poisson, 1., "");
-  line("uniaxial compression", rock.compressive_strength, found.compressive, 1e6, "MPa");
-  line("Brazilian strength", rock.tensile_strength, found.tensile, 1e6, "MPa");
+  line("uniaxial compression", rock.activation.compressive_strength, found.compressive, 1e6, "MPa");
+  line("Brazilian strength", rock.activation.tensile_strength, found.tensile, 1e6, "MPa");
   return text.str();
 }
 } // namespace
@@ -289,8 +289,8 @@ int calibrate_case(const RunOptions &options, MPI_Comm comm)
   strength.R_t = found.bond.R_t;
   strength.shear_friction = found.bond.shear_friction;
   strength.friction = found.bond.friction;
-  strength.target_tensile = settings.tensile_strength;
-  strength.target_compressive = settings.compressive_strength;
+  strength.target_tensile = settings.activation.tensile_strength;
+  strength.target_compressive = settings.activation.compressive_strength;
   strength.achieved_tensile = found.tensile.value;
   strength.scatter_tensile = found.tensile.scatter;
   strength.achieved_compressive = found.compressive.value;

@@ -3,6 +3,7 @@
 
 #include "coupler/application/case_file/parameter_table.h"
 #include "coupler/base/errors.h"
+#include "coupler/method/constraint/make_constraint.h"
 
 #include <deal.II/base/parameter_handler.h>
 
@@ -342,8 +343,8 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.rock.density = reader.number("Rock", "Density");
   result.rock.young = reader.number("Rock", "Young modulus");
   result.rock.poisson = reader.number("Rock", "Poisson ratio");
-  result.tensile_strength = reader.number("Rock", "Tensile strength");
-  result.compressive_strength = reader.number("Rock", "Compressive strength");
+  result.activation.tensile_strength = reader.number("Rock", "Tensile strength");
+  result.activation.compressive_strength = reader.number("Rock", "Compressive strength");
 
   const int dim = reader.integer("Mesh", "Dimension");
   result.packing.dim = dim;
@@ -436,39 +437,34 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.calibration.transits = reader.number("Calibration", "Transits");
   result.local_damping = reader.number("Bond", "Local damping");
 
-  result.constraint = choose<ConstraintMethod>(reader.text("Coupling", "Method"),
-                                               {{"penalty", ConstraintMethod::penalty},
-                                                {"penalty_mass_scaled", ConstraintMethod::penalty_mass_scaled},
-                                                {"multipliers", ConstraintMethod::multipliers},
-                                                {"multipliers_diagonal", ConstraintMethod::multipliers_diagonal}});
+  result.constraint.method = reader.text("Coupling", "Method");
   const double overlap_cells = reader.number("Coupling", "Overlap cells");
-  result.overlap_width = overlap_cells > 0. ? overlap_cells * result.mesh.cell_size
+  result.overlap.width = overlap_cells > 0. ? overlap_cells * result.mesh.cell_size
                                             : reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
-  result.interface_damping = reader.number("Coupling", "Interface damping");
+  result.constraint.interface_damping = reader.number("Coupling", "Interface damping");
   result.bond.breaking_weight = reader.number("Coupling", "Breaking weight");
-  result.fluctuation_relaxation = reader.number("Coupling", "Fluctuation relaxation");
-  result.weight_function = choose<WeightFunction>(
+  result.constraint.fluctuation_relaxation = reader.number("Coupling", "Fluctuation relaxation");
+  result.overlap.weight_function = choose<WeightFunction>(
     reader.text("Coupling", "Weight function"),
     {{"linear", WeightFunction::linear}, {"cubic", WeightFunction::cubic}, {"constant", WeightFunction::constant}});
-  result.penalty_ratio = reader.number("Coupling", "Penalty ratio");
-  result.corrector = reader.text("Coupling", "Corrector") == "weak";
-  if (result.corrector && result.constraint != ConstraintMethod::penalty &&
-      result.constraint != ConstraintMethod::penalty_mass_scaled)
+  result.constraint.penalty_ratio = reader.number("Coupling", "Penalty ratio");
+  result.constraint.corrector = reader.text("Coupling", "Corrector") == "weak";
+  if (result.constraint.corrector && !constraint_method(result.constraint.method).can_correct)
     reader.fail("Coupling", "Corrector", "is for the methods penalty and penalty_mass_scaled, multipliers need none");
-  if (result.corrector && result.interface_damping > 0.)
+  if (result.constraint.corrector && result.constraint.interface_damping > 0.)
     reader.fail("Coupling", "Corrector", "has no interface damping, set Coupling/Interface damping = 0");
 
-  result.criterion =
+  result.activation.criterion =
     choose<Criterion>(reader.text("Adaptivity", "Criterion"), {{"maximum_principal", Criterion::maximum_principal},
                                                                {"von_mises", Criterion::von_mises},
                                                                {"mohr_coulomb", Criterion::mohr_coulomb},
                                                                {"drucker_prager", Criterion::drucker_prager}});
-  result.sigma_star = reader.number("Adaptivity", "Sigma star");
-  result.check_interval = reader.integer("Adaptivity", "Check interval");
-  result.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");
-  result.event_fraction = reader.number("Adaptivity", "Event fraction");
-  result.return_fraction = reader.number("Adaptivity", "Return fraction");
-  result.return_time = reader.number("Adaptivity", "Return time");
+  result.activation.sigma_star = reader.number("Adaptivity", "Sigma star");
+  result.activation.check_interval = reader.integer("Adaptivity", "Check interval");
+  result.activation.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");
+  result.activation.event_fraction = reader.number("Adaptivity", "Event fraction");
+  result.activation.return_fraction = reader.number("Adaptivity", "Return fraction");
+  result.activation.return_time = reader.number("Adaptivity", "Return time");
   for (const auto &row : reader.rows("Fixed", "Region", 2 * dim))
   {
     Box box{Eigen::Vector3d(0., 0., -1.), Eigen::Vector3d(0., 0., 1.)};

@@ -3,6 +3,9 @@
 
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/loading/tool/tool_settings.h"
+#include "coupler/method/activation/activation_settings.h"
+#include "coupler/method/constraint/constraint_settings.h"
+#include "coupler/method/overlap/overlap_settings.h"
 #include "dem_side/dem_side.h"
 #include "fem_side/fem_side.h"
 
@@ -24,29 +27,6 @@ enum class Mode
 Mode mode_from_name(const std::string &name);
 std::string name_of(Mode mode);
 
-enum class WeightFunction
-{
-  linear,
-  cubic,
-  constant
-};
-
-enum class Criterion
-{
-  maximum_principal, ///< largest principal stress
-  von_mises,
-  mohr_coulomb,  ///< sigma_1 - sigma_3 f_t/f_c, equal to the tensile strength on the failure line
-  drucker_prager ///< the cone through f_t and f_c, equal to the tensile strength on it
-};
-
-enum class ConstraintMethod
-{
-  penalty,             ///< constant k_DF, Labra et al., eq. (4)
-  penalty_mass_scaled, ///< k_i = beta mu_i/dt^2
-  multipliers,         ///< weak, on the finite-element nodes
-  multipliers_diagonal ///< on the particles, lumped
-};
-
 /// Everything a case file says, in SI units.
 struct Case
 {
@@ -55,8 +35,6 @@ struct Case
   Mode mode = Mode::adaptive; ///< unless the command line names another
 
   fem::Material rock;
-  double tensile_strength = 0.;     ///< f_t [Pa], Mohr-Coulomb measure and target of the strength calibration
-  double compressive_strength = 0.; ///< f_c [Pa], likewise
 
   fem::MeshSettings mesh;
   fem::Strain strain = fem::Strain::finite;
@@ -82,22 +60,10 @@ struct Case
     double transits = 0.;       ///< of a P wave through the specimen during the loading
   } calibration;
 
-  ConstraintMethod constraint = ConstraintMethod::multipliers;
-  WeightFunction weight_function = WeightFunction::linear;
-  double overlap_width = 0.;          ///< [m]
-  double penalty_ratio = 0.;          ///< beta (mass scaled), k_DF/k_n (constant) or kappa (diagonal multipliers)
-  bool corrector = false;             ///< the penalties leave a packing its fluctuations
-  double interface_damping = 0.;      ///< xi of the penalties
-  double fluctuation_relaxation = 0.; ///< rho of the multipliers
-  double energy_tolerance = 0.;       ///< of the balance, share of the work done; 0: no bound
-
-  Criterion criterion = Criterion::mohr_coulomb;
-  double sigma_star = 0.;      ///< [Pa]
-  int check_interval = 0;      ///< steps
-  int relaxation_steps = 0;    ///< of new particles before time goes on
-  double event_fraction = 1.;  ///< of sigma*: an event also takes cells of the front whose stress is above this
-  double return_fraction = 0.; ///< of sigma*: quieter particle cells become finite elements again; 0: never
-  double return_time = 0.;     ///< for which they must have been [s]
+  OverlapSettings overlap;
+  ConstraintSettings constraint;
+  ActivationSettings activation;
+  double energy_tolerance = 0.; ///< of the balance, share of the work done; 0: no bound
 
   std::vector<Box> fixed_region;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/case_file/parameter_table.h"
 
+#include "coupler/method/constraint/make_constraint.h"
+
 #include <sstream>
 
 namespace kerf
@@ -64,6 +66,14 @@ Allowed text()
 Allowed point()
 {
   return {std::make_shared<P::List>(P::Double(), 2, 3, ","), "2 or 3 numbers separated by commas"};
+}
+
+std::string names_of_constraint_methods()
+{
+  std::string names;
+  for (const ConstraintMethod &method : constraint_methods())
+    names += (names.empty() ? "" : "|") + method.name;
+  return names;
 }
 
 Parameter entry(const std::string &section, const std::string &key, const std::string &default_value, const Allowed &allowed,
@@ -175,7 +185,7 @@ const std::vector<Parameter> &parameter_table()
     entry("Calibration", "Transits", "40", positive(), "-",
           "duration of the loading up to the targets, in times a P wave takes through the specimen: slower is more static", ""),
 
-    entry("Coupling", "Method", "multipliers", one_of("penalty|penalty_mass_scaled|multipliers|multipliers_diagonal"), "-",
+    entry("Coupling", "Method", "multipliers", one_of(names_of_constraint_methods()), "-",
           "how overlap particles are tied to the finite-element field: the constant k_DF of Labra et al.; k_i = beta "
           "mu_i/dt^2; weak "
           "multipliers on the nodes, which leave particles their fluctuations; or lumped multipliers on the particles",

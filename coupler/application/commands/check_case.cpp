@@ -43,7 +43,7 @@ int count_particles(const Problem &problem, Mode mode)
     return problem.packing.size();
   const fem::Mesh &mesh = problem.fem->mesh();
   const Eigen::Matrix3Xd no_points(3, 0);
-  Overlap overlap(mesh, no_points, problem.packing, problem.settings.weight_function, problem.settings.overlap_width);
+  Overlap overlap(mesh, no_points, problem.packing, problem.settings.overlap.weight_function, problem.settings.overlap.width);
   if (mode == Mode::fixed)
     overlap.convert(cells_inside(mesh, problem.settings.fixed_region));
   else if (problem.settings.tool.kind == ToolKind::disc)
@@ -76,27 +76,27 @@ int check_case(const RunOptions &options, MPI_Comm comm)
   Console console(rank == 0);
   const Case settings = read_case(options.case_directory, options.overrides);
   const Mode mode = options.mode.value_or(settings.mode);
-  Problem problem = set_up_problem(settings, mode, console, comm);
+  const auto problem = set_up_problem(settings, mode, console, comm);
 
-  const double steps = std::ceil(problem.settings.end_time / problem.dt);
-  const int n_particles = count_particles(problem, mode);
-  const double fem_step = mode == Mode::dem ? 0. : seconds_of_fem_step(*problem.fem, problem.dt);
+  const double steps = std::ceil(problem->settings.end_time / problem->dt);
+  const int n_particles = count_particles(*problem, mode);
+  const double fem_step = mode == Mode::dem ? 0. : seconds_of_fem_step(*problem->fem, problem->dt);
   // An adaptive run grows to its final size about linearly.
   const double mean_particles = mode == Mode::adaptive ? 0.5 * n_particles : n_particles;
   const double run_time = steps * (fem_step + mean_particles / (estimated_particle_steps * n_ranks));
   // Bytes: a stored particle with its bonds, an active one with lists and history, a cell with its batch and nodes.
-  const double memory = 100e6 + 120. * problem.packing.size() + 2500. * n_particles + 1500. * problem.fem->mesh().n_cells();
+  const double memory = 100e6 + 120. * problem->packing.size() + 2500. * n_particles + 1500. * problem->fem->mesh().n_cells();
 
   std::ostringstream text;
-  text << std::setprecision(4) << "case " << problem.settings.name << ", mode " << name_of(mode) << ": valid\n"
-       << packing_summary(problem.packing) << "\n"
-       << "cells            " << problem.fem->mesh().n_cells() << ", nodes " << problem.fem->mesh().n_nodes() << "\n"
-       << "particles        " << problem.packing.size() << " stored, about " << n_particles << " active at the end\n"
-       << "overlap          " << problem.settings.overlap_width
-       << " m = " << problem.settings.overlap_width / problem.settings.packing.mean_diameter << " d\n"
-       << "stable step      finite elements " << problem.stable.fem << " s, particles " << problem.stable.dem
-       << " s, this mode " << problem.stable.coupled << " s\n"
-       << "time step        " << problem.dt << " s, " << steps << " steps to " << problem.settings.end_time << " s\n"
+  text << std::setprecision(4) << "case " << problem->settings.name << ", mode " << name_of(mode) << ": valid\n"
+       << packing_summary(problem->packing) << "\n"
+       << "cells            " << problem->fem->mesh().n_cells() << ", nodes " << problem->fem->mesh().n_nodes() << "\n"
+       << "particles        " << problem->packing.size() << " stored, about " << n_particles << " active at the end\n"
+       << "overlap          " << problem->settings.overlap.width
+       << " m = " << problem->settings.overlap.width / problem->settings.packing.mean_diameter << " d\n"
+       << "stable step      finite elements " << problem->stable.fem << " s, particles " << problem->stable.dem
+       << " s, this mode " << problem->stable.coupled << " s\n"
+       << "time step        " << problem->dt << " s, " << steps << " steps to " << problem->settings.end_time << " s\n"
        << "memory           about " << std::ceil(memory / 1e6) << " MB\n"
        << "run time         about " << clock_text(run_time) << " on " << n_ranks << (n_ranks == 1 ? " rank" : " ranks");
   console.message(text.str());

@@ -51,17 +51,17 @@ public:
     problem = set_up_problem(settings, mode, console, comm);
     open_results();
 
-    model = std::make_unique<CoupledModel>(problem.settings, mode, *problem.fem, problem.packing, problem.dt, comm,
-                                           problem.stable.fluctuations);
+    model = std::make_unique<CoupledModel>(problem->settings, mode, *problem->fem, problem->packing, problem->dt, comm,
+                                           std::move(problem->constraint));
     model->start();
     if (rank == 0)
       for (const ActivationEvent &event : model->events())
         activations->add(event);
-    if (problem.settings.tool.kind == ToolKind::platens)
-      gauge = std::make_unique<SpecimenGauge>(problem.settings, problem.fem->mesh(), problem.packing, comm);
+    if (problem->settings.tool.kind == ToolKind::platens)
+      gauge = std::make_unique<SpecimenGauge>(problem->settings, problem->fem->mesh(), problem->packing, comm);
     fields = std::make_unique<FieldOutput>(directory, *model, comm);
-    n_steps = std::max<std::int64_t>(1, std::llround(std::ceil(problem.settings.end_time / problem.dt - 1e-9)));
-    snapshot_interval = std::max<std::int64_t>(1, n_steps / problem.settings.n_snapshots);
+    n_steps = std::max<std::int64_t>(1, std::llround(std::ceil(problem->settings.end_time / problem->dt - 1e-9)));
+    snapshot_interval = std::max<std::int64_t>(1, n_steps / problem->settings.n_snapshots);
     started = MPI_Wtime();
     write_row();
     write_fields();
@@ -94,18 +94,18 @@ private:
     if (rank == 0)
     {
       history = std::make_unique<History>(directory);
-      activations = std::make_unique<ConversionLog>(directory, problem.settings.dim() == 2);
+      activations = std::make_unique<ConversionLog>(directory, problem->settings.dim() == 2);
       std::ofstream echo(directory + "/case.prm");
       write_used_parameters(options.case_directory, options.overrides, echo);
     }
     int n_ranks = 1;
     MPI_Comm_size(comm, &n_ranks);
     std::ostringstream text;
-    text << version_text() << "\ncase " << problem.settings.name << ", mode " << name_of(mode) << ", " << n_ranks
+    text << version_text() << "\ncase " << problem->settings.name << ", mode " << name_of(mode) << ", " << n_ranks
          << (n_ranks == 1 ? " rank" : " ranks") << ", results in " << directory << "\n"
-         << (mode == Mode::fem ? "" : packing_summary(problem.packing) + "\n") << problem.fem->mesh().n_cells()
-         << " cells; stable step: finite elements " << problem.stable.fem << " s, particles " << problem.stable.dem
-         << " s; time step " << problem.dt << " s";
+         << (mode == Mode::fem ? "" : packing_summary(problem->packing) + "\n") << problem->fem->mesh().n_cells()
+         << " cells; stable step: finite elements " << problem->stable.fem << " s, particles " << problem->stable.dem
+         << " s; time step " << problem->dt << " s";
     console.message(text.str());
   }
 
@@ -116,20 +116,20 @@ private:
     while (model->step() < n_steps)
     {
       std::int64_t chunk = n_steps - model->step();
-      chunk = std::min(chunk, steps_to(model->step(), problem.settings.history_interval));
+      chunk = std::min(chunk, steps_to(model->step(), problem->settings.history_interval));
       chunk = std::min(chunk, steps_to(model->step(), snapshot_interval));
       if (mode == Mode::adaptive)
-        chunk = std::min(chunk, steps_to(model->step(), problem.settings.check_interval));
+        chunk = std::min(chunk, steps_to(model->step(), problem->settings.activation.check_interval));
       model->advance(static_cast<int>(std::min<std::int64_t>(chunk, 500)));
       report_leavers();
 
-      if (mode == Mode::adaptive && model->step() % problem.settings.check_interval == 0)
+      if (mode == Mode::adaptive && model->step() % problem->settings.activation.check_interval == 0)
         report_events(model->adapt());
-      if (model->step() % problem.settings.history_interval == 0 || model->step() == n_steps)
+      if (model->step() % problem->settings.history_interval == 0 || model->step() == n_steps)
         write_row();
       if (model->step() % snapshot_interval == 0)
         write_fields();
-      if (gauge && record.fell_below(problem.settings.stop_below))
+      if (gauge && record.fell_below(problem->settings.stop_below))
       {
         console.message("the platens' force has fallen below Time/Stop below of its peak: end of the test");
         break;
@@ -212,9 +212,9 @@ private:
   {
     const EnergyLedger &energy = row.energy;
     turnover = std::max(turnover, energy.turnover());
-    const double tolerance = problem.settings.energy_tolerance > 0. ? problem.settings.energy_tolerance : 1.;
-    const Case &settings = problem.settings;
-    const double floor = 0.01 * 0.5 * std::pow(settings.tensile_strength, 2) / settings.rock.young *
+    const double tolerance = problem->settings.energy_tolerance > 0. ? problem->settings.energy_tolerance : 1.;
+    const Case &settings = problem->settings;
+    const double floor = 0.01 * 0.5 * std::pow(settings.activation.tensile_strength, 2) / settings.rock.young *
                          std::pow(settings.packing.mean_diameter, settings.dim());
     if (std::isfinite(energy.residual()) && std::abs(energy.residual()) <= tolerance * turnover + floor)
     {
@@ -223,7 +223,7 @@ private:
     }
     std::ostringstream text;
     text << "the energy balance failed before t = " << row.time << " s: residual " << energy.residual() << " J against "
-         << turnover << " J put in (Time/Energy tolerance = " << problem.settings.energy_tolerance << "); "
+         << turnover << " J put in (Time/Energy tolerance = " << problem->settings.energy_tolerance << "); "
          << energy.fastest_growing(last_energy);
     throw UnstableRun(text.str());
   }
@@ -258,7 +258,7 @@ private:
          << " left the domain; bonds " << model->dem().n_bonds_intact() << " intact, " << model->dem().n_bonds_broken()
          << " broken; cells converted " << model->overlap().n_converted();
     if (gauge)
-      text << '\n' << specimen_text(problem.settings, record.result(problem.settings.dim()));
+      text << '\n' << specimen_text(problem->settings, record.result(problem->settings.dim()));
     const EnergyLedger energy = model->energies();
     text << "\nenergy balance: work of tool and boundary " << energy.work() << " J, conversions " << energy.conversion
          << " J, interface " << energy.interface << " J, residual " << energy.residual() << " J";
@@ -270,7 +270,7 @@ private:
   int rank;
   Console console;
   std::string directory;
-  Problem problem;
+  std::unique_ptr<Problem> problem;
   std::unique_ptr<CoupledModel> model;
   std::unique_ptr<History> history;
   std::unique_ptr<ConversionLog> activations;

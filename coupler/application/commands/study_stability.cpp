@@ -156,8 +156,8 @@ public:
     check_results_directory(directory, options.overwrite);
     if (settings.mode == Mode::fem || settings.mode == Mode::dem)
       settings.mode = Mode::fixed;
-    const Problem base = set_up_problem(settings, Mode::fixed, console, comm);
-    bond = base.settings.bond;
+    const auto base = set_up_problem(settings, Mode::fixed, console, comm);
+    bond = base->settings.bond;
     prepare_results_directory(directory, options.overwrite, comm);
 
     std::ofstream table;
@@ -210,10 +210,10 @@ private:
       settings.bond.R_n = settings.bond.R_t = 1e30; // what breaks is another question
       settings.time_step = 0.;
       Console silent(false);
-      const Problem problem = set_up_problem(settings, Mode::fixed, silent, comm);
-      outcome.step = point.step * std::min(problem.stable.fem, problem.stable.dem);
-      outcome.limit = problem.stable.coupled;
-      perturb(problem, point, outcome);
+      const auto problem = set_up_problem(settings, Mode::fixed, silent, comm);
+      outcome.step = point.step * std::min(problem->stable.fem, problem->stable.dem);
+      outcome.limit = problem->stable.coupled;
+      perturb(*problem, point, outcome);
     }
     catch (const InputError &)
     {
@@ -223,12 +223,12 @@ private:
   }
 
   /// Noise on all nodes and particles, which holds every mode, followed for some hundred steps.
-  void perturb(const Problem &problem, const Point &point, Outcome &outcome)
+  void perturb(Problem &problem, const Point &point, Outcome &outcome)
   {
     constexpr int steps = 600;
     constexpr double grown = 1.05, taken = 0.05; // shares of the energy at the start
     CoupledModel model(problem.settings, Mode::fixed, *problem.fem, problem.packing, outcome.step, comm,
-                       problem.stable.fluctuations);
+                       std::move(problem.constraint));
     const double speed = point.speed * problem.settings.rock.speed_p();
     const int dim = problem.settings.dim(), n_nodes = problem.fem->mesh().n_nodes();
     Eigen::Matrix3Xd velocity = Eigen::Matrix3Xd::Zero(3, n_nodes);

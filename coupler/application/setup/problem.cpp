@@ -63,11 +63,11 @@ void check_overlap(const Case &settings, const fem::FemSide &fem)
   for (int c = 1; c < settings.dim(); ++c)
     if (!settings.mesh.periodic[c])
       extent = std::min(extent, box.upper[c] - box.lower[c]);
-  if (settings.overlap_width >= extent)
+  if (settings.overlap.width >= extent)
   {
     std::ostringstream text;
-    text << case_path(settings) << ": Coupling/Overlap width = " << settings.overlap_width / settings.packing.mean_diameter
-         << " d = " << settings.overlap_width << " m is wider than the mesh, give less than its smallest extent "
+    text << case_path(settings) << ": Coupling/Overlap width = " << settings.overlap.width / settings.packing.mean_diameter
+         << " d = " << settings.overlap.width << " m is wider than the mesh, give less than its smallest extent "
          << extent / settings.packing.mean_diameter << " d";
     throw InputError(text.str());
   }
@@ -112,13 +112,35 @@ void use_calibrated_strength(Case &settings, const dem::Packing &packing)
 {
   const dem::StrengthCalibration &known = packing.strength;
   const auto differs = [](double a, double b) { return std::abs(a - b) > 1e-9 * std::abs(b); };
-  if (differs(known.target_tensile, settings.tensile_strength) ||
-      differs(known.target_compressive, settings.compressive_strength) ||
+  if (differs(known.target_tensile, settings.activation.tensile_strength) ||
+      differs(known.target_compressive, settings.activation.compressive_strength) ||
       differs(known.shear_friction, settings.bond.shear_friction) || differs(known.friction, settings.bond.friction))
     throw InputError(case_path(settings) + ": Bond/Strength = calibrated, but " + settings.packing_file +
                      " holds no strengths for this rock's f_t, f_c and frictions; run kerf calibrate " + settings.directory);
   settings.bond.R_n = known.R_n;
   settings.bond.R_t = known.R_t;
+}
+/// Words why the constraint refuses the case.
+void check_refusal(Refusal refusal, const Case &settings, const fem::FemSide &fem)
+{
+  const std::string ratio = case_path(settings) +
+                            ": Coupling/Penalty ratio = " + std::to_string(settings.constraint.penalty_ratio) +
+                            " is unstable at any time step ";
+  switch (refusal)
+  {
+  case Refusal::none:
+    return;
+  case Refusal::ratio_too_large:
+    throw InputError(ratio + "with Coupling/Method = " + settings.constraint.method + ", give less than 2");
+  case Refusal::unstable_overlap:
+    throw InputError(ratio + "in this overlap, give less");
+  case Refusal::cells_too_fine:
+    throw InputError(case_path(settings) + ": Mesh/Cell size: the smallest cells have edges of " +
+                     std::to_string(smallest_edge(fem.mesh()) / settings.packing.mean_diameter) +
+                     " particle diameters, too few particles for means around nodes; give at least 1.5, or another "
+                     "Coupling/Method than " +
+                     settings.constraint.method);
+  }
 }
 } // namespace
 
@@ -214,18 +236,18 @@ std::string packing_summary(const dem::Packing &packing)
   return text.str();
 }
 
-Problem set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
+std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
 {
-  Problem problem;
-  problem.settings = settings;
-  problem.fem = build_fem(settings, comm);
-  const Box body = mesh_box(problem.fem->mesh());
-  problem.settings.tool.lower = body.lower[1];
-  problem.settings.tool.upper = body.upper[1];
+  auto problem = std::make_unique<Problem>();
+  problem->settings = settings;
+  problem->fem = build_fem(settings, comm);
+  const Box body = mesh_box(problem->fem->mesh());
+  problem->settings.tool.lower = body.lower[1];
+  problem->settings.tool.upper = body.upper[1];
   if (mode == Mode::adaptive || mode == Mode::fixed)
   {
-    check_overlap(settings, *problem.fem);
-    if (const double cells = settings.overlap_width / settings.mesh.cell_size; cells < 2. - 1e-9)
+    check_overlap(settings, *problem->fem);
+    if (const double cells = settings.overlap.width / settings.mesh.cell_size; cells < 2. - 1e-9)
     {
       std::ostringstream text;
       text << "warning: Coupling/Overlap width is " << cells
@@ -233,33 +255,35 @@ Problem set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Co
       console.message(text.str());
     }
   }
-  if (mode == Mode::fixed && cells_inside(problem.fem->mesh(), settings.fixed_region).empty())
+  if (mode == Mode::fixed && cells_inside(problem->fem->mesh(), settings.fixed_region).empty())
     throw InputError(case_path(settings) + ": Fixed/Region holds no cell, mode fixed needs a region inside the mesh");
-  check_tool(settings, *problem.fem);
+  check_tool(settings, *problem->fem);
 
   if (mode == Mode::fem)
-    problem.packing = no_packing(settings, body);
+    problem->packing = no_packing(settings, body);
   else
-    build_packing(settings, *problem.fem, problem.packing, console, comm);
+    build_packing(settings, *problem->fem, problem->packing, console, comm);
   if (!settings.given_stiffness)
   {
-    problem.settings.bond.k_n = problem.packing.calibration.k_n;
-    problem.settings.bond.k_t = problem.packing.calibration.k_t;
+    problem->settings.bond.k_n = problem->packing.calibration.k_n;
+    problem->settings.bond.k_t = problem->packing.calibration.k_t;
   }
   if (settings.calibrated_strength && mode != Mode::fem)
-    use_calibrated_strength(problem.settings, problem.packing);
+    use_calibrated_strength(problem->settings, problem->packing);
 
-  problem.stable = stable_steps(problem.settings, mode, *problem.fem, problem.packing, comm);
-  if (settings.time_step > problem.stable.coupled)
+  problem->constraint = make_constraint(constraint_model(problem->settings, problem->packing, comm));
+  problem->stable = stable_steps(problem->settings, mode, *problem->fem, problem->packing, *problem->constraint, comm);
+  check_refusal(problem->stable.refusal, settings, *problem->fem);
+  if (settings.time_step > problem->stable.coupled)
   {
     std::ostringstream text;
     text << case_path(settings) << ": Time/Time step = " << settings.time_step << " s is above the stable step "
-         << problem.stable.coupled << " s of mode " << name_of(mode) << " (finite elements " << problem.stable.fem
-         << " s, particles " << problem.stable.dem << " s); give less, or 0 for Safety x stable step";
+         << problem->stable.coupled << " s of mode " << name_of(mode) << " (finite elements " << problem->stable.fem
+         << " s, particles " << problem->stable.dem << " s); give less, or 0 for Safety x stable step";
     throw InputError(text.str());
   }
-  problem.dt =
-    settings.time_step > 0. ? settings.time_step : std::min(settings.safety * problem.stable.elastic, problem.stable.coupled);
+  problem->dt =
+    settings.time_step > 0. ? settings.time_step : std::min(settings.safety * problem->stable.elastic, problem->stable.coupled);
   return problem;
 }
 } // namespace kerf

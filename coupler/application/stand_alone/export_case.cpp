@@ -272,7 +272,8 @@ int export_case(const RunOptions &options, MPI_Comm comm)
       std::any_of(settings.boundary_conditions.begin(), settings.boundary_conditions.end(), given_force))
     throw InputError(settings.directory + "/case.prm: Loads and tractions cannot be exported, only cases without them");
 
-  const Problem scene = set_up_problem(settings, Mode::dem, console, comm);
+  const std::unique_ptr<Problem> made = set_up_problem(settings, Mode::dem, console, comm);
+  const Problem &scene = *made;
   if (rank != 0)
     return 0;
   std::error_code problem;

@@ -20,8 +20,8 @@ Eigen::VectorXd ActivationRule::measures(const fem::FemSide &fem) const
   const fem::CellStress stress = fem.cell_stress();
   Eigen::VectorXd measure = Eigen::VectorXd::Zero(mesh.n_cells());
   for (std::size_t k = 0; k < stress.cell.size(); ++k)
-    measure[stress.cell[k]] =
-      stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength);
+    measure[stress.cell[k]] = stress_measure(settings.activation.criterion, stress.sigma.col(k),
+                                             settings.activation.tensile_strength, settings.activation.compressive_strength);
   MPI_Allreduce(MPI_IN_PLACE, measure.data(), mesh.n_cells(), MPI_DOUBLE, MPI_SUM, comm);
   return measure;
 }
@@ -30,8 +30,8 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
 {
   const fem::CellStress stress = fem.cell_stress();
   std::vector<int> flagged, following;
-  const double quiet =
-    norm_below(settings.event_fraction * settings.sigma_star, settings.tensile_strength, settings.compressive_strength);
+  const double quiet = norm_below(settings.activation.event_fraction * settings.activation.sigma_star,
+                                  settings.activation.tensile_strength, settings.activation.compressive_strength);
   for (std::size_t k = 0; k < stress.cell.size(); ++k)
   {
     if (!stress.sigma.col(k).allFinite())
@@ -45,11 +45,11 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
     const double squared_norm = stress.sigma.col(k).head<3>().squaredNorm() + 2. * stress.sigma.col(k).tail<3>().squaredNorm();
     if (squared_norm <= quiet * quiet)
       continue; // most of the cells
-    const double measure =
-      stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength);
-    if (measure > settings.sigma_star)
+    const double measure = stress_measure(settings.activation.criterion, stress.sigma.col(k),
+                                          settings.activation.tensile_strength, settings.activation.compressive_strength);
+    if (measure > settings.activation.sigma_star)
       flagged.push_back(stress.cell[k]);
-    else if (measure > settings.event_fraction * settings.sigma_star && distance < overlap.width())
+    else if (measure > settings.activation.event_fraction * settings.activation.sigma_star && distance < overlap.width())
       following.push_back(stress.cell[k]);
   }
   std::vector<int> cells = gather_all(flagged, MPI_INT, comm);

@@ -33,7 +33,7 @@ void relax(const Case &settings, const dem::Packing &packing, const std::vector<
   }
   const double density = particle_density(settings, packing), k_n = settings.bond.k_n, k_t = settings.bond.k_t;
 
-  for (int iteration = 0; iteration < settings.relaxation_steps; ++iteration)
+  for (int iteration = 0; iteration < settings.activation.relaxation_steps; ++iteration)
   {
     dem::Particles particles = dem_side.particles();
     const Eigen::VectorXd spring = springs();

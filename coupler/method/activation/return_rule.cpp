@@ -35,7 +35,7 @@ ReturnRule::ReturnRule(const Case &settings, const fem::Mesh &mesh, const dem::P
 
 bool ReturnRule::off() const
 {
-  return settings.return_fraction == 0.;
+  return settings.activation.return_fraction == 0.;
 }
 
 /// Cells with a particle that has a broken bond, or that has left the domain.
@@ -63,7 +63,7 @@ std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Over
                                              double time)
 {
   constexpr int looks = 2; // in the set time
-  next_look = time + settings.return_time / looks;
+  next_look = time + settings.activation.return_time / looks;
   std::vector<char> converted(mesh.n_cells());
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
     converted[cell] = overlap.is_converted(cell);
@@ -73,11 +73,11 @@ std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Over
   std::vector<char> stays(mesh.n_cells(), 0);
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
   {
-    const double measure =
-      stress_measure(settings.criterion, stress.col(cell), settings.tensile_strength, settings.compressive_strength);
-    if (!converted[cell] || measure > settings.return_fraction * settings.sigma_star)
+    const double measure = stress_measure(settings.activation.criterion, stress.col(cell), settings.activation.tensile_strength,
+                                          settings.activation.compressive_strength);
+    if (!converted[cell] || measure > settings.activation.return_fraction * settings.activation.sigma_star)
       loaded_until[cell] = time;
-    stays[cell] = converted[cell] && (damaged[cell] || time - loaded_until[cell] < settings.return_time);
+    stays[cell] = converted[cell] && (damaged[cell] || time - loaded_until[cell] < settings.activation.return_time);
   }
   // Damage in the overlap: what is around it stays as it is.
   for (int cell = 0; cell < mesh.n_cells(); ++cell)

@@ -9,6 +9,18 @@ LumpedMultiplierConstraint::LumpedMultiplierConstraint(const Settings &settings,
 {
 }
 
+std::unique_ptr<Constraint> make_lumped_multipliers(const ConstraintModel &model)
+{
+  return std::make_unique<LumpedMultiplierConstraint>(
+    LumpedMultiplierConstraint::Settings{model.comm, 0., model.settings.penalty_ratio}, *model.packing);
+}
+
+void LumpedMultiplierConstraint::set_time_step(double dt)
+{
+  settings.time_step = dt;
+  work = InterfaceWork(dt, settings.comm);
+}
+
 void LumpedMultiplierConstraint::set_particles(const std::vector<TiedParticle> &particles)
 {
   interpolation.set_particles(particles);

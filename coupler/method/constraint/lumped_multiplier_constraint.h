@@ -2,9 +2,9 @@
 #pragma once
 
 #include "coupler/energy/interface_work.h"
-#include "coupler/method/constraint/constraint.h"
 #include "coupler/method/constraint/exchange/couple_on_nodes.h"
 #include "coupler/method/constraint/exchange/force_history.h"
+#include "coupler/method/constraint/make_constraint.h"
 
 namespace kerf
 {
@@ -26,11 +26,16 @@ public:
   /// @param packing kept by reference
   LumpedMultiplierConstraint(const Settings &settings, const dem::Packing &packing);
 
+  void set_time_step(double dt) override;
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
   Tie tie() const override { return Tie::rigid; }
   ConstraintEnergy energy() const override { return {0., -work.local()}; }
   int n_particles() const override { return interpolation.n_particles(); }
+
+  Refusal refusal(double) const override { return settings.closing >= 2. ? Refusal::ratio_too_large : Refusal::none; }
+  double bound_of_added_omega2(double, double) const override { return 0.; }             // never lowers the limit
+  double operator_coefficient(const OperatorTie &, double) const override { return 0.; } // likewise
 
 private:
   /// The ties of this rank.
@@ -58,4 +63,6 @@ private:
   CoupleOnNodes couples;
   InterfaceWork work;
 };
+
+std::unique_ptr<Constraint> make_lumped_multipliers(const ConstraintModel &model);
 } // namespace kerf

@@ -19,12 +19,84 @@ double penalty_viscosity(const PenaltyConstraint::Settings &settings, double sha
   return 2. * settings.damping * std::sqrt(penalty_stiffness(settings, share, mu) * share * mu);
 }
 
+namespace
+{
+std::unique_ptr<Constraint> make(const ConstraintModel &model, bool mass_scaled)
+{
+  PenaltyConstraint::Settings settings;
+  settings.comm = model.comm;
+  settings.mass_scaled = mass_scaled;
+  settings.beta = model.settings.penalty_ratio;
+  settings.stiffness = model.settings.penalty_ratio * model.k_n;
+  settings.damping = model.settings.interface_damping;
+  settings.corrector = model.settings.corrector;
+  settings.k_n = model.k_n;
+  settings.k_t = model.k_t;
+  return std::make_unique<PenaltyConstraint>(settings, *model.packing);
+}
+} // namespace
+
+std::unique_ptr<Constraint> make_penalty(const ConstraintModel &model)
+{
+  return make(model, false);
+}
+
+std::unique_ptr<Constraint> make_mass_scaled_penalty(const ConstraintModel &model)
+{
+  return make(model, true);
+}
+
 PenaltyConstraint::PenaltyConstraint(const Settings &settings, const dem::Packing &packing)
   : settings(settings), packing(packing), interpolation(packing, WindowNodes::own, settings.comm),
     damping_work(settings.time_step, settings.comm)
 {
   if (settings.corrector)
     interpolation.widen([this](int node) { return corrector->gradient().nodes_around(node); });
+}
+
+void PenaltyConstraint::set_time_step(double dt)
+{
+  settings.time_step = dt;
+  damping_work = InterfaceWork(dt, settings.comm);
+}
+
+Refusal PenaltyConstraint::refusal(double) const
+{
+  return settings.mass_scaled && settings.beta >= 2. ? Refusal::ratio_too_large : Refusal::none;
+}
+
+double PenaltyConstraint::bound_of_added_omega2(double dt, double lightest) const
+{
+  const double damping = settings.damping;
+  if (settings.mass_scaled)
+    return settings.beta + 4. * damping * std::sqrt(settings.beta);
+  const double k = settings.stiffness;
+  return dt * dt * k / lightest + 4. * damping * dt * std::sqrt(k / lightest);
+}
+
+double PenaltyConstraint::operator_coefficient(const OperatorTie &tie, double dt) const
+{
+  Settings at_step = settings;
+  at_step.time_step = dt;
+  return dt * dt * penalty_stiffness(at_step, tie.share, tie.mu) + 2. * dt * penalty_viscosity(at_step, tie.share, tie.mu);
+}
+
+std::vector<TieRow> PenaltyConstraint::rows(const fem::FemSide &fem, const std::vector<TiedParticle> &tied_particles)
+{
+  if (!settings.corrector)
+    return {};
+  make_corrector(fem);
+  const Eigen::VectorXd node_mass = fem.gather(fem::NodalField::mass).row(0);
+  std::vector<int> indices;
+  for (const TiedParticle &particle : tied_particles)
+    indices.push_back(particle.index);
+  corrector->set_masses(node_mass);
+  std::vector<Corrector::Row> places = corrector->rows(indices);
+  const std::vector<double> masses = inverse_masses_of_nodes(corrector->lengths(indices), tied_particles, node_mass);
+  std::vector<TieRow> result(places.size());
+  for (std::size_t k = 0; k < places.size(); ++k)
+    result[k] = {std::move(places[k].node), std::move(places[k].P), masses[k]};
+  return result;
 }
 
 void PenaltyConstraint::set_particles(const std::vector<TiedParticle> &particles)
@@ -39,9 +111,8 @@ void PenaltyConstraint::make_corrector(const fem::FemSide &fem)
 {
   if (!settings.corrector || corrector)
     return;
-  if (!settings.fluctuations)
-    settings.fluctuations = std::make_shared<Fluctuations>(packing, settings.k_n, settings.k_t, fem);
-  corrector = std::make_unique<Corrector>(packing, settings.fluctuations, fem);
+  corrector =
+    std::make_unique<Corrector>(packing, std::make_shared<Fluctuations>(packing, settings.k_n, settings.k_t, fem), fem);
 }
 
 void PenaltyConstraint::place(std::vector<dem::NewParticle> &particles, const fem::FemSide &fem)

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "coupler/energy/interface_work.h"
-#include "coupler/method/constraint/constraint.h"
 #include "coupler/method/constraint/corrector/corrected_springs.h"
 #include "coupler/method/constraint/exchange/cell_batches.h"
 #include "coupler/method/constraint/exchange/particle_interpolation.h"
+#include "coupler/method/constraint/make_constraint.h"
 
 namespace kerf
 {
@@ -29,25 +29,27 @@ public:
     double time_step = 0.; ///< [s]
     double damping = 0.;   ///< xi [-], not with a corrector
     bool corrector = false;
-    double k_n = 0., k_t = 0.; ///< of the bonds, for fluctuations that are not known [N/m]
-    std::shared_ptr<const Fluctuations> fluctuations;
+    double k_n = 0., k_t = 0.; ///< of the bonds, for the fluctuations [N/m]
   };
 
   /// @param packing kept by reference
   PenaltyConstraint(const Settings &settings, const dem::Packing &packing);
 
+  void set_time_step(double dt) override;
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
   void place(std::vector<dem::NewParticle> &particles, const fem::FemSide &fem) override;
-  Corrector *corrector_of(const fem::FemSide &fem) override
-  {
-    make_corrector(fem);
-    return corrector.get();
-  }
   Tie tie() const override { return Tie::spring; }
   Eigen::VectorXd springs() const override;
   ConstraintEnergy energy() const override { return {stored, -damping_work.local()}; }
   int n_particles() const override { return interpolation.n_particles(); }
+
+  Refusal refusal(double smallest_edge) const override;
+  double bound_of_added_omega2(double dt, double lightest) const override;
+  bool depends_on_overlap() const override { return !settings.mass_scaled; } // constant springs know no masses
+  int cells_around() const override { return settings.corrector ? 2 : 1; }   // strains around a node look a cell farther
+  double operator_coefficient(const OperatorTie &tie, double dt) const override;
+  std::vector<TieRow> rows(const fem::FemSide &fem, const std::vector<TiedParticle> &tied) override;
 
 private:
   /// The springs of this rank.
@@ -85,8 +87,9 @@ private:
   InterfaceWork damping_work;
 };
 
-/// What the case says of the penalty, for a step @p dt [s].
-PenaltyConstraint::Settings penalty_settings(const Case &settings, double dt);
+/// The constant penalty and the mass-scaled one.
+std::unique_ptr<Constraint> make_penalty(const ConstraintModel &model);
+std::unique_ptr<Constraint> make_mass_scaled_penalty(const ConstraintModel &model);
 /// k_i of both kinds [N/m]; @p mu reduced mass [kg].
 double penalty_stiffness(const PenaltyConstraint::Settings &settings, double share, double mu);
 /// 2 xi sqrt(k share mu) [N s/m]

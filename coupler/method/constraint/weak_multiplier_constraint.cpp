@@ -4,25 +4,109 @@
 #include "coupler/base/mpi_helpers.h"
 
 #include <algorithm>
+#include <cmath>
+#include <unordered_map>
 
 namespace kerf
 {
 namespace
 {
-/// Share of what the mean displacements are apart that is taken back in a step. The velocities are tied exactly, so only the
+/// Share of the gap between the mean displacements that is taken back in a step. The velocities are tied exactly, so only the
 /// placing of new particles and forces that the coupler does not see, like local damping, take them apart.
 constexpr double drift_share = 0.02;
+
+/// Edges of cells in particle diameters below which too few particles are left for means around nodes.
+constexpr double finest_cells = 1.5;
+
+/// The weak constraint on motions of the coupled operator.
+class MultiplierProjection : public MotionProjection
+{
+public:
+  MultiplierProjection(int dim, const std::vector<OperatorTie> &ties, const Eigen::VectorXd &inverse_root_mass);
+  void project(Eigen::VectorXd &y) const override;
+
+private:
+  int dim;
+  const std::vector<OperatorTie> &ties;
+  const Eigen::VectorXd &inverse_root_mass;
+  std::unique_ptr<MultiplierSystem> equations;
+  std::vector<int> multiplier_nodes; // first degrees of freedom
+  std::vector<int> tie_multipliers;  // 8 a tie: place among multiplier_nodes
+};
+
+MultiplierProjection::MultiplierProjection(int dim, const std::vector<OperatorTie> &ties,
+                                           const Eigen::VectorXd &inverse_root_mass)
+  : dim(dim), ties(ties), inverse_root_mass(inverse_root_mass)
+{
+  std::unordered_map<int, int> place;
+  for (const OperatorTie &tie : ties)
+    for (int a = 0; a < 8; ++a)
+    {
+      if (a >= tie.n)
+      {
+        tie_multipliers.push_back(-1);
+        continue;
+      }
+      const auto entry = place.emplace(tie.node[a], static_cast<int>(multiplier_nodes.size()));
+      if (entry.second)
+        multiplier_nodes.push_back(tie.node[a]);
+      tie_multipliers.push_back(entry.first->second);
+    }
+  std::vector<MultiplierSystem::Row> rows(ties.size());
+  Eigen::Matrix3Xd inverse_mass = Eigen::Matrix3Xd::Zero(3, multiplier_nodes.size());
+  for (std::size_t k = 0; k < ties.size(); ++k)
+  {
+    rows[k] = {ties[k].measure, {}, ties[k].n, &tie_multipliers[8 * k], ties[k].N.data()};
+    for (int axis = 0; axis < dim; ++axis)
+      rows[k].inverse_mass[axis] = std::pow(inverse_root_mass[ties[k].particle + axis], 2);
+  }
+  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+    for (int axis = 0; axis < dim; ++axis)
+      inverse_mass(axis, m) = std::pow(inverse_root_mass[multiplier_nodes[m] + axis], 2);
+  equations = std::make_unique<MultiplierSystem>(dim, rows, inverse_mass);
+}
+
+void MultiplierProjection::project(Eigen::VectorXd &y) const
+{
+  using Few = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
+  const auto roots = [&](int dof) { return inverse_root_mass.segment(dof, dim); };
+  const auto motion = [&](int dof) { return roots(dof).cwiseProduct(y.segment(dof, dim)); };
+  Eigen::MatrixXd at_nodes(dim, multiplier_nodes.size()), gap;
+  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+    at_nodes.col(m) = motion(multiplier_nodes[m]);
+  equations->multiply(-at_nodes, gap);
+  for (std::size_t k = 0; k < ties.size(); ++k)
+  {
+    const Few moved = ties[k].measure * motion(ties[k].particle);
+    for (int a = 0; a < ties[k].n; ++a)
+      gap.col(tie_multipliers[8 * k + a]) += ties[k].N[a] * moved;
+  }
+  equations->solve(gap);
+  const Eigen::MatrixXd &lambda = gap;
+  for (std::size_t k = 0; k < ties.size(); ++k)
+  {
+    Few force = Few::Zero(dim);
+    for (int a = 0; a < ties[k].n; ++a)
+      force += ties[k].measure * ties[k].N[a] * lambda.col(tie_multipliers[8 * k + a]);
+    y.segment(ties[k].particle, dim) -= roots(ties[k].particle).cwiseProduct(force);
+  }
+  Eigen::MatrixXd &pull = at_nodes;
+  equations->multiply(lambda, pull);
+  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
+    y.segment(multiplier_nodes[m], dim) += roots(multiplier_nodes[m]).cwiseProduct(pull.col(m));
+}
+
 } // namespace
 
 /// A particle of the outermost row weighs d/(2 L_o). Springs of that share of k_n give way to its load by about the strain of a
 /// diameter, and are a per cent of the stiffness of a particle that weighs one half.
-WeakMultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt)
+std::unique_ptr<Constraint> make_weak_multipliers(const ConstraintModel &model)
 {
-  WeakMultiplierConstraint::Settings result;
-  result.time_step = dt;
-  result.relaxation = settings.fluctuation_relaxation;
-  result.holding = 0.5 * settings.bond.k_n * settings.packing.mean_diameter / settings.overlap_width;
-  return result;
+  WeakMultiplierConstraint::Settings settings;
+  settings.comm = model.comm;
+  settings.relaxation = model.settings.fluctuation_relaxation;
+  settings.holding = 0.5 * model.k_n * model.mean_diameter / model.overlap.width;
+  return std::make_unique<WeakMultiplierConstraint>(settings, *model.packing);
 }
 
 double fluctuation_share(double weight, double share)
@@ -43,6 +127,38 @@ WeakMultiplierConstraint::WeakMultiplierConstraint(const Settings &settings, con
     work(settings.time_step, settings.comm)
 {
   MPI_Comm_rank(settings.comm, &rank);
+}
+
+void WeakMultiplierConstraint::set_time_step(double dt)
+{
+  settings.time_step = dt;
+  work = InterfaceWork(dt, settings.comm);
+}
+
+Refusal WeakMultiplierConstraint::refusal(double smallest_edge) const
+{
+  return smallest_edge < finest_cells ? Refusal::cells_too_fine : Refusal::none;
+}
+
+double WeakMultiplierConstraint::bound_of_added_omega2(double, double) const
+{
+  return 2. * settings.relaxation; // of fluctuations, which move no node
+}
+
+double WeakMultiplierConstraint::operator_coefficient(const OperatorTie &tie, double dt) const
+{
+  Settings at_step = settings;
+  at_step.time_step = dt;
+  return 2. * settings.relaxation * fluctuation_share(tie.weight, tie.share) * tie.mass +
+         dt * dt * holding_spring(at_step, tie.weight, tie.share, tie.mass);
+}
+
+std::unique_ptr<MotionProjection> WeakMultiplierConstraint::projection(const std::vector<OperatorTie> &ties,
+                                                                       const Eigen::VectorXd &inverse_root_mass) const
+{
+  if (ties.empty())
+    return nullptr;
+  return std::make_unique<MultiplierProjection>(packing.dim, ties, inverse_root_mass);
 }
 
 void WeakMultiplierConstraint::set_particles(const std::vector<TiedParticle> &particles)

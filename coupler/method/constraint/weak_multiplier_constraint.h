@@ -2,10 +2,10 @@
 #pragma once
 
 #include "coupler/energy/interface_work.h"
-#include "coupler/method/constraint/constraint.h"
 #include "coupler/method/constraint/exchange/couple_on_nodes.h"
 #include "coupler/method/constraint/exchange/force_history.h"
 #include "coupler/method/constraint/exchange/particle_interpolation.h"
+#include "coupler/method/constraint/make_constraint.h"
 #include "coupler/method/constraint/multiplier_system.h"
 
 namespace kerf
@@ -29,11 +29,18 @@ public:
   /// @param packing kept by reference
   WeakMultiplierConstraint(const Settings &settings, const dem::Packing &packing);
 
+  void set_time_step(double dt) override;
   void set_particles(const std::vector<TiedParticle> &particles) override;
   void apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem) override;
   Tie tie() const override { return Tie::mean; }
   ConstraintEnergy energy() const override { return {stored, -work.local()}; }
   int n_particles() const override { return interpolation.n_particles(); }
+
+  Refusal refusal(double smallest_edge) const override;
+  double bound_of_added_omega2(double dt, double lightest) const override;
+  double operator_coefficient(const OperatorTie &tie, double dt) const override;
+  std::unique_ptr<MotionProjection> projection(const std::vector<OperatorTie> &ties,
+                                               const Eigen::VectorXd &inverse_root_mass) const override;
 
 private:
   /// The ties of this rank: what a step needs of them, and the loads of the present step.
@@ -81,7 +88,7 @@ private:
   InterfaceWork work; // of all forces but the springs'
 };
 
-WeakMultiplierConstraint::Settings multiplier_settings(const Case &settings, double dt);
+std::unique_ptr<Constraint> make_weak_multipliers(const ConstraintModel &model);
 /// What of a particle's fluctuation is relaxed and held: its share, but all of it where it weighs next to nothing. [-]
 double fluctuation_share(double weight, double share);
 /// holding (1 - w)^2 for that share, less where the particle's mass would make it govern the stable step [N/m]. @param mass

@@ -3,10 +3,6 @@
 
 #include "coupler/base/mpi_helpers.h"
 #include "coupler/base/noise.h"
-#include "coupler/method/constraint/corrector/corrector.h"
-#include "coupler/method/constraint/penalty_constraint.h"
-#include "coupler/method/constraint/weak_multiplier_constraint.h"
-#include "coupler/method/stability/stable_step.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,20 +17,37 @@ bool contains(const Box &box, const Eigen::Vector3d &point)
 }
 } // namespace
 
-CoupledOperator::CoupledOperator(const Case &settings, const fem::FemSide &fem, const dem::Packing &packing,
-                                 const Overlap &overlap, const std::vector<TiedParticle> &tied, const std::vector<char> &active,
-                                 const Box &part, MPI_Comm comm, Corrector *corrector)
-  : settings(settings), dim(packing.dim)
+Box part_around(const fem::Mesh &mesh, const std::vector<int> &cells, double reach)
+{
+  Box box{Eigen::Vector3d::Constant(1e300), Eigen::Vector3d::Constant(-1e300)};
+  for (const int cell : cells)
+    for (int a = 0; a < mesh.cells.rows(); ++a)
+    {
+      box.lower = box.lower.cwiseMin(mesh.nodes.col(mesh.cells(a, cell)));
+      box.upper = box.upper.cwiseMax(mesh.nodes.col(mesh.cells(a, cell)));
+    }
+  box.lower.array() -= reach;
+  box.upper.array() += reach;
+  return box;
+}
+
+double reach_of_overlap(const Case &settings, const Constraint &constraint)
+{
+  const double cells = constraint.cells_around();
+  return settings.overlap.width + cells * settings.mesh.cell_size + 2. * settings.packing.mean_diameter;
+}
+
+CoupledOperator::CoupledOperator(const dem::NetworkOperator::Material &bonds, Constraint &constraint, const fem::FemSide &fem,
+                                 const dem::Packing &packing, const Overlap &overlap, const std::vector<TiedParticle> &tied,
+                                 const std::vector<char> &active, const Box &part, MPI_Comm comm)
+  : constraint(constraint), dim(packing.dim)
 {
   add_cells(fem, part, comm);
   first_particle_dof = dim * static_cast<int>(nodes.size());
   for (int i = 0; i < packing.size(); ++i)
     if (active[i] && contains(part, packing.positions.col(i)))
       particles.push_back(i);
-  network = std::make_unique<dem::NetworkOperator>(
-    packing, overlap.bonds(),
-    dem::NetworkOperator::Material{settings.bond.k_n, settings.bond.k_t, particle_density(settings, packing)}, particles,
-    active, overlap.de_weights());
+  network = std::make_unique<dem::NetworkOperator>(packing, overlap.bonds(), bonds, particles, active, overlap.de_weights());
 
   inverse_root_mass.resize(first_particle_dof + network->n_dofs());
   const Eigen::Matrix3Xd inverse_node_mass = fem.gather(fem::NodalField::inverse_mass);
@@ -43,11 +56,10 @@ CoupledOperator::CoupledOperator(const Case &settings, const fem::FemSide &fem, 
       inverse_root_mass[dim * p + c] = std::sqrt(inverse_node_mass(c, nodes[p]));
   inverse_root_mass.tail(network->n_dofs()) = network->masses().cwiseSqrt().cwiseInverse();
   add_ties(fem, packing, overlap, tied);
-  if (corrector)
-    correct_ties(fem, tied, *corrector);
+  if (const std::vector<TieRow> rows = constraint.rows(fem, tied); !rows.empty())
+    replace_rows(rows, tied);
   remove_masses_of_held(tied);
-  if (settings.constraint == ConstraintMethod::multipliers)
-    build_multipliers();
+  restriction = constraint.projection(ties, inverse_root_mass);
 }
 
 /// Cells with weight whose centre is in the part, from all ranks, and their nodes.
@@ -106,7 +118,7 @@ void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &pack
     const auto place = std::lower_bound(particles.begin(), particles.end(), tied[k].index);
     if (place == particles.end() || *place != tied[k].index)
       continue;
-    Tie tie;
+    OperatorTie tie;
     tie.particle = first_particle_dof + network->per_particle() * static_cast<int>(place - particles.begin());
     tie.share = tied[k].share;
     tie.weight = overlap.de_weights()[tied[k].index];
@@ -134,22 +146,17 @@ void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &pack
 }
 
 /// Gives the ties their whole rows and the masses that go with them.
-void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<TiedParticle> &tied, Corrector &corrector)
+void CoupledOperator::replace_rows(const std::vector<TieRow> &rows, const std::vector<TiedParticle> &tied)
 {
-  const Eigen::VectorXd node_mass = fem.gather(fem::NodalField::mass).row(0);
-  std::vector<int> indices;
-  for (const TiedParticle &particle : tied)
-    indices.push_back(particle.index);
-  corrector.set_masses(node_mass);
-  const std::vector<Corrector::Row> rows = corrector.rows(indices);
-  const std::vector<double> others = inverse_masses_of_nodes(corrector.lengths(indices), tied, node_mass);
-  std::vector<Tie> whole;
-  for (const Tie &known : ties)
+  std::vector<OperatorTie> whole;
+  for (const OperatorTie &known : ties)
   {
     const int index = particles[(known.particle - first_particle_dof) / network->per_particle()];
-    const std::size_t k = std::lower_bound(indices.begin(), indices.end(), index) - indices.begin();
-    Tie tie = known;
-    bool inside = others[k] >= 0.;
+    const std::size_t k = std::lower_bound(tied.begin(), tied.end(), index,
+                                           [](const TiedParticle &particle, int i) { return particle.index < i; }) -
+                          tied.begin();
+    OperatorTie tie = known;
+    bool inside = rows[k].inverse_node_mass >= 0.;
     for (std::size_t b = 0; b < rows[k].node.size() && inside; ++b)
     {
       const auto node = node_place.find(rows[k].node[b]);
@@ -157,7 +164,7 @@ void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<Ti
       if (inside)
         tie.row.emplace_back(dim * node->second, rows[k].P[b]);
     }
-    tie.mu = 1. / (1. / tie.mass + others[k]);
+    tie.mu = 1. / (1. / tie.mass + rows[k].inverse_node_mass);
     if (inside)
       whole.push_back(tie);
   }
@@ -165,7 +172,7 @@ void CoupledOperator::correct_ties(const fem::FemSide &fem, const std::vector<Ti
 }
 
 template <int dim>
-Eigen::Matrix<double, dim, 1> CoupledOperator::gap(const Tie &tie, const Eigen::VectorXd &x) const
+Eigen::Matrix<double, dim, 1> CoupledOperator::gap(const OperatorTie &tie, const Eigen::VectorXd &x) const
 {
   Eigen::Matrix<double, dim, 1> chi = x.segment<dim>(tie.particle);
   for (const auto &[node, P] : tie.row)
@@ -183,7 +190,7 @@ void CoupledOperator::pull(const std::vector<double> &coefficients, const Eigen:
   {
     if (coefficients[k] == 0.)
       continue;
-    const Tie &tie = ties[k];
+    const OperatorTie &tie = ties[k];
     const Eigen::Matrix<double, dim, 1> value = coefficients[k] * gap<dim>(tie, x);
     force.segment<dim>(tie.particle) += value;
     for (const auto &[node, P] : tie.row)
@@ -205,54 +212,6 @@ void CoupledOperator::remove_masses_of_held(const std::vector<TiedParticle> &tie
       }
 }
 
-void CoupledOperator::build_multipliers()
-{
-  std::unordered_map<int, int> place;
-  for (const Tie &tie : ties)
-    for (int a = 0; a < 8; ++a)
-    {
-      if (a >= tie.n)
-      {
-        tie_multipliers.push_back(-1);
-        continue;
-      }
-      const auto entry = place.emplace(tie.node[a], static_cast<int>(multiplier_nodes.size()));
-      if (entry.second)
-        multiplier_nodes.push_back(tie.node[a]);
-      tie_multipliers.push_back(entry.first->second);
-    }
-  if (ties.empty())
-    return;
-  std::vector<MultiplierSystem::Row> rows(ties.size());
-  Eigen::Matrix3Xd inverse_mass = Eigen::Matrix3Xd::Zero(3, multiplier_nodes.size());
-  for (std::size_t k = 0; k < ties.size(); ++k)
-  {
-    rows[k] = {ties[k].measure, {}, ties[k].n, &tie_multipliers[8 * k], ties[k].N.data()};
-    for (int axis = 0; axis < dim; ++axis)
-      rows[k].inverse_mass[axis] = std::pow(inverse_root_mass[ties[k].particle + axis], 2);
-  }
-  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
-    for (int axis = 0; axis < dim; ++axis)
-      inverse_mass(axis, m) = std::pow(inverse_root_mass[multiplier_nodes[m] + axis], 2);
-  equations = std::make_unique<MultiplierSystem>(dim, rows, inverse_mass);
-}
-
-/// dt^2 k + 2 dt c of a tie between a particle and its interpolated point [kg].
-double CoupledOperator::tie_coefficient(const Tie &tie, double dt) const
-{
-  switch (settings.constraint)
-  {
-  case ConstraintMethod::multipliers:
-    return 2. * settings.fluctuation_relaxation * fluctuation_share(tie.weight, tie.share) * tie.mass +
-           dt * dt * holding_spring(multiplier_settings(settings, dt), tie.weight, tie.share, tie.mass);
-  case ConstraintMethod::multipliers_diagonal:
-    return 0.; // never lowers the limit
-  default:
-    const PenaltyConstraint::Settings penalty = penalty_settings(settings, dt);
-    return dt * dt * penalty_stiffness(penalty, tie.share, tie.mu) + 2. * dt * penalty_viscosity(penalty, tie.share, tie.mu);
-  }
-}
-
 /// force += K x of both sides.
 void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force) const
 {
@@ -270,7 +229,7 @@ void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force
   network->add_product(x.tail(network->n_dofs()), force.tail(network->n_dofs()));
 }
 
-/// y is the motion times the root of the mass, so that the operator is symmetric. It obeys the multipliers already.
+/// y is the motion times the root of the mass, so that the operator is symmetric. The constraint allows it already.
 void CoupledOperator::apply(double dt, const std::vector<double> &coefficients, const Eigen::VectorXd &y,
                             Eigen::VectorXd &result) const
 {
@@ -280,40 +239,8 @@ void CoupledOperator::apply(double dt, const std::vector<double> &coefficients, 
   force *= dt * dt;
   dim == 2 ? pull<2>(coefficients, x, force) : pull<3>(coefficients, x, force);
   result = inverse_root_mass.cwiseProduct(force);
-  project(result);
-}
-
-/// Removes from y what the multipliers forbid.
-void CoupledOperator::project(Eigen::VectorXd &y) const
-{
-  if (!equations)
-    return;
-  using Few = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
-  const auto roots = [&](int dof) { return inverse_root_mass.segment(dof, dim); };
-  const auto motion = [&](int dof) { return roots(dof).cwiseProduct(y.segment(dof, dim)); };
-  Eigen::MatrixXd at_nodes(dim, multiplier_nodes.size()), gap;
-  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
-    at_nodes.col(m) = motion(multiplier_nodes[m]);
-  equations->multiply(-at_nodes, gap);
-  for (std::size_t k = 0; k < ties.size(); ++k)
-  {
-    const Few moved = ties[k].measure * motion(ties[k].particle);
-    for (int a = 0; a < ties[k].n; ++a)
-      gap.col(tie_multipliers[8 * k + a]) += ties[k].N[a] * moved;
-  }
-  equations->solve(gap);
-  const Eigen::MatrixXd &lambda = gap;
-  for (std::size_t k = 0; k < ties.size(); ++k)
-  {
-    Few force = Few::Zero(dim);
-    for (int a = 0; a < ties[k].n; ++a)
-      force += ties[k].measure * ties[k].N[a] * lambda.col(tie_multipliers[8 * k + a]);
-    y.segment(ties[k].particle, dim) -= roots(ties[k].particle).cwiseProduct(force);
-  }
-  Eigen::MatrixXd &pull = at_nodes;
-  equations->multiply(lambda, pull);
-  for (std::size_t m = 0; m < multiplier_nodes.size(); ++m)
-    y.segment(multiplier_nodes[m], dim) += roots(multiplier_nodes[m]).cwiseProduct(pull.col(m));
+  if (restriction)
+    restriction->project(result);
 }
 
 Eigen::VectorXd CoupledOperator::start() const
@@ -325,7 +252,8 @@ Eigen::VectorXd CoupledOperator::start() const
     for (int i = 0; i < n_dofs(); ++i)
       y[i] = inverse_root_mass[i] > 0. ? scattered(i) : 0.;
   }
-  project(y);
+  if (restriction)
+    restriction->project(y);
   return y;
 }
 
@@ -334,8 +262,8 @@ double CoupledOperator::highest(double dt, double tolerance, int max_products)
   if (n_dofs() == 0)
     return 0.;
   std::vector<double> coefficients;
-  for (const Tie &tie : ties)
-    coefficients.push_back(tie_coefficient(tie, dt));
+  for (const OperatorTie &tie : ties)
+    coefficients.push_back(constraint.operator_coefficient(tie, dt));
   const HighestMode found = highest_mode([&](const Eigen::VectorXd &x, Eigen::VectorXd &y) { apply(dt, coefficients, x, y); },
                                          start(), tolerance, max_products);
   mode = found.vector;
@@ -349,13 +277,13 @@ CoupledOperator::Quotient CoupledOperator::quotient(const Eigen::VectorXd &y, do
   Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs());
   add_sides(x, force);
   result.square = x.dot(force) / y.squaredNorm();
-  for (const Tie &tie : ties)
+  for (const OperatorTie &tie : ties)
   {
     const double squared_gap = dim == 2 ? gap<2>(tie, x).squaredNorm() : gap<3>(tie, x).squaredNorm();
     double value[3];
     // Three steps give the three coefficients, exactly, because every term is one of the powers.
     for (int s = 0; s < 3; ++s)
-      value[s] = tie_coefficient(tie, dt * std::pow(2., s - 1)) * squared_gap / y.squaredNorm();
+      value[s] = constraint.operator_coefficient(tie, dt * std::pow(2., s - 1)) * squared_gap / y.squaredNorm();
     const double square = (value[2] - 3. * value[1] + 2. * value[0]) / 1.5;
     const double linear = 2. * (value[1] - value[0]) - 1.5 * square;
     result.square += square / (dt * dt);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "coupler/method/constraint/corrector/corrector.h"
-#include "coupler/method/constraint/multiplier_system.h"
+#include "coupler/method/constraint/constraint.h"
 #include "coupler/method/overlap/overlap.h"
 #include "coupler/method/stability/lanczos.h"
 #include "dem_side/bond_network/network_operator.h"
@@ -21,11 +20,11 @@ namespace kerf
 class CoupledOperator
 {
 public:
-  /// @param tied and @param active as in the run, by index in the packing. @param corrector of the penalties, if any.
-  /// Collective.
-  CoupledOperator(const Case &settings, const fem::FemSide &fem, const dem::Packing &packing, const Overlap &overlap,
-                  const std::vector<TiedParticle> &tied, const std::vector<char> &active, const Box &part, MPI_Comm comm,
-                  Corrector *corrector = nullptr);
+  /// @param constraint kept by reference. @param tied and @param active as in the run, by index in the packing. Collective.
+  CoupledOperator(const dem::NetworkOperator::Material &bonds, Constraint &constraint, const fem::FemSide &fem,
+                  const dem::Packing &packing, const Overlap &overlap, const std::vector<TiedParticle> &tied,
+                  const std::vector<char> &active, const Box &part, MPI_Comm comm);
+  CoupledOperator(const CoupledOperator &) = delete; // the restriction refers to its parts
 
   int n_dofs() const { return static_cast<int>(inverse_root_mass.size()); }
 
@@ -38,19 +37,8 @@ public:
   void take_mode(const CoupledOperator &before);
 
 private:
-  struct Tie
-  {
-    int particle = -1; ///< first degree of freedom
-    int n = 0;
-    std::array<int, 8> node; ///< first degrees of freedom
-    std::array<double, 8> N;
-    double share = 1., mass = 0., mu = 0.;            ///< [-], [kg], [kg]
-    double measure = 0.;                              ///< c of the multipliers
-    double weight = 0.;                               ///< of the particle
-    std::vector<std::pair<int, Eigen::Matrix3d>> row; ///< in place of N with a corrector: first degrees of freedom, P
-  };
   template <int dim>
-  Eigen::Matrix<double, dim, 1> gap(const Tie &tie, const Eigen::VectorXd &x) const;
+  Eigen::Matrix<double, dim, 1> gap(const OperatorTie &tie, const Eigen::VectorXd &x) const;
   template <int dim>
   void pull(const std::vector<double> &coefficients, const Eigen::VectorXd &x, Eigen::VectorXd &force) const;
   struct Cell
@@ -68,28 +56,29 @@ private:
   void add_cells(const fem::FemSide &fem, const Box &part, MPI_Comm comm);
   void add_ties(const fem::FemSide &fem, const dem::Packing &packing, const Overlap &overlap,
                 const std::vector<TiedParticle> &tied);
-  void correct_ties(const fem::FemSide &fem, const std::vector<TiedParticle> &tied, Corrector &corrector);
-  void build_multipliers();
+  void replace_rows(const std::vector<TieRow> &rows, const std::vector<TiedParticle> &tied);
   void remove_masses_of_held(const std::vector<TiedParticle> &tied);
-  double tie_coefficient(const Tie &tie, double dt) const;
   void apply(double dt, const std::vector<double> &coefficients, const Eigen::VectorXd &y, Eigen::VectorXd &result) const;
   void add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force) const;
-  void project(Eigen::VectorXd &y) const;
   Eigen::VectorXd start() const;
   Quotient quotient(const Eigen::VectorXd &y, double dt) const;
 
-  const Case &settings;
+  const Constraint &constraint;
   int dim;
   std::vector<int> nodes, particles;       // mesh nodes and packing indices that are part of it
   std::unordered_map<int, int> node_place; // of mesh nodes
   int first_particle_dof = 0;
   std::vector<Cell> cells;
   std::unique_ptr<dem::NetworkOperator> network;
-  std::vector<Tie> ties;
-  Eigen::VectorXd inverse_root_mass;           // 0 where the motion is prescribed
-  std::unique_ptr<MultiplierSystem> equations; // weak multipliers only
-  std::vector<int> multiplier_nodes;           // first degrees of freedom
-  std::vector<int> tie_multipliers;            // 8 a tie: place among multiplier_nodes
+  std::vector<OperatorTie> ties;
+  Eigen::VectorXd inverse_root_mass; // 0 where the motion is prescribed
+  std::unique_ptr<MotionProjection> restriction;
   Eigen::VectorXd mode;
 };
+
+/// Part of the model to take an operator of: cells, the overlap around them, and the particles that bonds join to it.
+/// @param reach around the cells [m]
+Box part_around(const fem::Mesh &mesh, const std::vector<int> &cells, double reach);
+/// The reach of an overlap and of its constraint [m].
+double reach_of_overlap(const Case &settings, const Constraint &constraint);
 } // namespace kerf

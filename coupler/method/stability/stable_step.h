@@ -2,7 +2,6 @@
 #pragma once
 
 #include "coupler/application/case_file/case_file.h"
-#include "coupler/method/constraint/corrector/fluctuations.h"
 #include "coupler/method/overlap/overlap.h"
 #include "coupler/method/stability/coupled_operator.h"
 
@@ -18,15 +17,22 @@ struct StableSteps
   double overlap = 0.; ///< of the weighted, constrained model in and around the overlap; 0: no overlap yet
   double elastic = 0.; ///< of the coupled model; Safety is a share of it
   double coupled = 0.; ///< largest step the run may use: less with local damping, which pushes back along with the springs
-  std::shared_ptr<const Fluctuations> fluctuations; ///< of the packing, when the overlap's operator needed them
+  Refusal refusal = Refusal::none; ///< why there is none
 };
 
 /// Limits for a mode: the smallest of the sides that take part and of the overlap. Mode fixed has its overlap from the start:
 /// its operator is solved. The overlap of mode adaptive is not known beforehand; there a penalty or relaxation lowers the
 /// sides' limit by a bound, omega^2 dt^2 + beta <= 4; with constant springs, which know no masses, an overlap in the middle of
 /// the mesh is solved, too. The operator of the real overlap is watched after each activation (see StabilityMonitor). Leaves
-/// the weights of @p fem at one. Collective.
-StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, MPI_Comm comm);
+/// the weights of @p fem at one. When no step is stable, the refusal says why. Collective.
+StableSteps stable_steps(const Case &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing,
+                         Constraint &constraint, MPI_Comm comm);
+
+/// Bonds and density of the particles, for the operator of their network.
+dem::NetworkOperator::Material bond_material(const Case &settings, const dem::Packing &packing);
+
+/// Shortest edge of all cells [m].
+double smallest_edge(const fem::Mesh &mesh);
 
 /// Density of the particles, rock density / solid fraction [kg/m^3].
 double particle_density(const Case &settings, const dem::Packing &packing);
@@ -35,24 +41,4 @@ double particle_density(const Case &settings, const dem::Packing &packing);
 /// that sticks, and where it is pressed together particles have contacts they had no bonds for. So the network of all pairs
 /// within half a mean radius counts where it is stiffer than that of the bonds.
 double particle_frequency(const dem::Packing &packing, double k_n, double k_t, double density);
-
-/// Follows the highest mode of the weighted, constrained model around the cells that were converted last.
-class StabilityMonitor
-{
-public:
-  StabilityMonitor(const Case &settings, const dem::Packing &packing, MPI_Comm comm)
-    : settings(settings), packing(packing), comm(comm)
-  {
-  }
-  /// After @p cells were converted: throws UnstableRun when no step as large as @p dt [s] is stable any more. @p corrector: of
-  /// the constraint, if it has one. Collective.
-  void check(const fem::FemSide &fem, const Overlap &overlap, const std::vector<TiedParticle> &tied,
-             const std::vector<char> &active, const std::vector<int> &cells, double dt, Corrector *corrector);
-
-private:
-  const Case &settings;
-  const dem::Packing &packing;
-  MPI_Comm comm;
-  std::unique_ptr<CoupledOperator> last;
-};
 } // namespace kerf

@@ -54,7 +54,7 @@ StripCase strip_of(bool random)
   shape.fem = 8;
   shape.high = random ? 5 : 2;
   StripCase strip(shape);
-  strip.settings.constraint = ConstraintMethod::multipliers;
+  strip.settings.constraint.method = "multipliers";
   return strip;
 }
 } // namespace
@@ -121,10 +121,10 @@ TEST(Changes, RandomPackingGoesBackQuietly)
 TEST(Changes, QuietCellsGoBack)
 {
   StripCase strip = strip_of(false);
-  strip.settings.sigma_star = 1e6;
-  strip.settings.return_fraction = 0.5;
-  strip.settings.return_time = 4e-6;
-  strip.settings.check_interval = 10;
+  strip.settings.activation.sigma_star = 1e6;
+  strip.settings.activation.return_fraction = 0.5;
+  strip.settings.activation.return_time = 4e-6;
+  strip.settings.activation.check_interval = 10;
   strip.settings.bond.R_n = 1e-3 * strip.settings.bond.k_n * Strip::d;
   const auto zero = [](const Vector3d &) { return Vector3d(Vector3d::Zero()); };
   const auto run = [&](bool damaged)
@@ -179,8 +179,8 @@ TEST(Changes, ActivationThroughPassingWave)
       shape.region = 30;
       shape.fem = 60;
       StripCase result(shape);
-      result.settings.constraint = ConstraintMethod::multipliers;
-      result.settings.relaxation_steps = 15;
+      result.settings.constraint.method = "multipliers";
+      result.settings.activation.relaxation_steps = 15;
       return result;
     }();
     Body body(strip.settings, strip.packing, Mode::fixed);
@@ -215,9 +215,9 @@ TEST(Changes, ActivationBelowConcentratedLoad)
   settings.packing.radius_spread = 0.4;
   settings.packing.seed = 1;
   settings.packing.upper = settings.mesh.upper;
-  settings.overlap_width = 2. * h;
-  settings.fluctuation_relaxation = 0.05;
-  settings.constraint = ConstraintMethod::multipliers;
+  settings.overlap.width = 2. * h;
+  settings.constraint.fluctuation_relaxation = 0.05;
+  settings.constraint.method = "multipliers";
   for (int id = 0; id < 3; ++id)
   {
     fem::BoundaryCondition fixed;
@@ -238,7 +238,7 @@ TEST(Changes, ActivationBelowConcentratedLoad)
   double kinetic[2];
   for (const int relaxation : {0, 15})
   {
-    settings.relaxation_steps = relaxation;
+    settings.activation.relaxation_steps = relaxation;
     Body body(settings, packing, 1e-7, Mode::fixed);
     // Static solution of the finite elements under the load.
     const fem::Mesh &mesh = body.fem->mesh();

@@ -25,7 +25,7 @@ public:
     settings.mesh.upper = Vector3d(32. * d, top, 0.);
     settings.mesh.cell_size = 4. * d;
     settings.packing.upper = settings.mesh.upper;
-    settings.overlap_width = 8. * d;
+    settings.overlap.width = 8. * d;
     settings.fixed_region = {{Vector3d(-d, -d, -1.), Vector3d(8. * d, 13. * d, 1.)}};
     dem::Packing packing = dem::generate_packing(settings.packing);
     double highest = 0.;

@@ -34,10 +34,10 @@ Case strip_of(int dim, const std::string &kind, int region, int overlap, int fem
   settings.packing.radius_spread = kind == "random" ? 0.4 : 0.;
   settings.packing.upper = settings.mesh.upper;
   settings.packing.periodic = settings.mesh.periodic;
-  settings.overlap_width = overlap * edge;
+  settings.overlap.width = overlap * edge;
   settings.fixed_region.push_back({Vector3d(0., -1., -1.), Vector3d(region * edge, 1., 1.)});
-  settings.penalty_ratio = 0.5;
-  settings.corrector = true;
+  settings.constraint.penalty_ratio = 0.5;
+  settings.constraint.corrector = true;
   return settings;
 }
 
@@ -47,11 +47,12 @@ struct Springs
   explicit Springs(const Case &the_case) : Springs(the_case, dem::generate_packing(the_case.packing)) {}
   Springs(const Case &the_case, const dem::Packing &store)
     : settings(the_case), packing(store), fem(Body::make_fem(settings)),
-      overlap(fem->mesh(), fem->quadrature_points(), packing, WeightFunction::linear, settings.overlap_width)
+      overlap(fem->mesh(), fem->quadrature_points(), packing, WeightFunction::linear, settings.overlap.width)
   {
     overlap.convert(cells_inside(fem->mesh(), settings.fixed_region));
     fem->set_weights(overlap.fe_weights());
-    constraint = make_constraint(settings, packing, 1e-7, MPI_COMM_WORLD);
+    constraint = make_constraint(constraint_model(settings, packing, MPI_COMM_WORLD));
+    constraint->set_time_step(1e-7);
     constraint->set_particles(overlap.tied_particles());
     int rank = 0, n_ranks = 1;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
@@ -215,7 +216,8 @@ TEST_P(Corrected, FollowsTheMasses)
   springs.constraint->set_particles(springs.overlap.tied_particles());
   const auto moved = springs.at(x, u);
   const Eigen::VectorXd after = springs.stiffness();
-  springs.constraint = make_constraint(springs.settings, springs.packing, 1e-7, MPI_COMM_WORLD);
+  springs.constraint = make_constraint(constraint_model(springs.settings, springs.packing, MPI_COMM_WORLD));
+  springs.constraint->set_time_step(1e-7);
   springs.constraint->set_particles(springs.overlap.tied_particles());
   const auto added = springs.at(x, u);
   EXPECT_GT((after - before).norm(), 0.1 * before.norm());
@@ -322,7 +324,7 @@ TEST(CorrectedLattice, IsNotCorrected)
   packing.periodic = settings.mesh.upper;
   dem::bond_by_gap(packing, packing.gap_tolerance);
   Springs corrected(settings, packing);
-  settings.corrector = false;
+  settings.constraint.corrector = false;
   Springs affine(settings, packing);
   const Matrix3Xd u = affine.noise(affine.fem->mesh().nodes, 1e-6), x = affine.noise(affine.packing.positions, 3e-6);
   const auto with = corrected.at(x, u), without = affine.at(x, u);
@@ -346,16 +348,16 @@ TEST(CorrectedPatch, KeepsTheModulusInSpace)
   const dem::ElasticCalibration bonds = dem::calibrate_elastic(packing, settings.rock.young, settings.rock.poisson);
   settings.bond.k_n = bonds.k_n;
   settings.bond.k_t = bonds.k_t;
-  settings.relaxation_steps = 15;
+  settings.activation.relaxation_steps = 15;
   settings.local_damping = 0.4;
-  settings.constraint = ConstraintMethod::penalty;
-  settings.penalty_ratio = 1.;
+  settings.constraint.method = "penalty";
+  settings.constraint.penalty_ratio = 1.;
   test::hold_ends(settings);
   const test::Flexibilities parts = test::flexibilities(settings, packing, Direction::shear, duration);
   double energy[2];
   for (const bool corrector : {false, true})
   {
-    settings.corrector = corrector;
+    settings.constraint.corrector = corrector;
     const test::PatchErrors errors = test::patch_errors(settings, packing, parts, Direction::shear, duration);
     std::cout << "[ packing  ] " << (corrector ? "corrected" : "affine") << ": strain " << 100. * errors.strain
               << " %, overlap energy " << 100. * errors.energy << " %" << std::endl;

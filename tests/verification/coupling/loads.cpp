@@ -29,8 +29,8 @@ Case lattice_case()
   settings.mesh.upper = Vector3d(64. * d, 32. * d, 0.);
   settings.mesh.cell_size = 4. * d;
   settings.packing.upper = settings.mesh.upper;
-  settings.overlap_width = 12. * d;
-  settings.relaxation_steps = 30;
+  settings.overlap.width = 12. * d;
+  settings.activation.relaxation_steps = 30;
   settings.fixed_region.push_back({Vector3d(24. * d, -d, -1.), Vector3d(40. * d, 33. * d, 1.)});
   return settings;
 }
@@ -81,7 +81,7 @@ TEST(CoupledLoads, FreeFall)
 {
   Case settings = lattice_case();
   settings.gravity = Vector3d(2e4, -9.81e4, 0.);
-  settings.relaxation_steps = 0; // it would look for rest under the weight
+  settings.activation.relaxation_steps = 0; // it would look for rest under the weight
   for (const Mode mode : {Mode::fixed, Mode::dem})
   {
     Body body(settings, mode);

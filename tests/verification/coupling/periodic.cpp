@@ -31,7 +31,7 @@ Case make_case()
   settings.packing.upper = settings.mesh.upper;
   settings.packing.periodic = settings.mesh.periodic;
   settings.packing.lattice = {1, 0.};
-  settings.overlap_width = 5. * h;
+  settings.overlap.width = 5. * h;
   settings.fixed_region.push_back({Vector3d(0., -d, -1.), Vector3d(10. * h, height + d, 1.)});
   return settings;
 }
@@ -85,10 +85,10 @@ TEST(PeriodicOverlap, DistancesGoAcrossTheSeam)
   }
 
   // A region from side to side: weights are functions of x, linear here, and sum to one.
-  Overlap overlap(mesh, fem->quadrature_points(), packing, settings.weight_function, settings.overlap_width);
+  Overlap overlap(mesh, fem->quadrature_points(), packing, settings.overlap.weight_function, settings.overlap.width);
   overlap.convert(cells_inside(mesh, settings.fixed_region));
   const Eigen::VectorXd de = overlap.de_weights(), fe = overlap.fe_weights();
-  const auto alpha = [&](double x) { return std::clamp((x - 10. * h) / settings.overlap_width, 0., 1.); };
+  const auto alpha = [&](double x) { return std::clamp((x - 10. * h) / settings.overlap.width, 0., 1.); };
   for (int i = 0; i < packing.size(); ++i)
     EXPECT_NEAR(de[i], 1. - alpha(packing.positions(0, i)), 1e-12);
   for (int q = 0; q < fe.size(); ++q)
@@ -141,8 +141,8 @@ TEST(PeriodicBody, PlanePulsesStayPlane)
   for (const int direction : {0, 1})
   {
     Case settings = make_case();
-    settings.constraint = ConstraintMethod::penalty;
-    settings.penalty_ratio = 0.5;
+    settings.constraint.method = "penalty";
+    settings.constraint.penalty_ratio = 0.5;
     Body body(settings);
     const double amplitude = 1e-4 * d;
     run_pulse(body, direction, amplitude);

@@ -13,8 +13,8 @@ namespace
 Case multipliers(double relaxation)
 {
   Case result;
-  result.constraint = ConstraintMethod::multipliers;
-  result.fluctuation_relaxation = relaxation;
+  result.constraint.method = "multipliers";
+  result.constraint.fluctuation_relaxation = relaxation;
   return result;
 }
 

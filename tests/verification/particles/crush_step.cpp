@@ -3,6 +3,7 @@
 #include "coupler/method/coupled_model.h"
 #include "dem_side/bond_network/bond_network.h"
 #include "tests/support/dem_test_packings.h"
+#include "tests/support/stable_steps_of.h"
 
 #include <gtest/gtest.h>
 
@@ -45,7 +46,7 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
       conditions.push_back({id, "", fem::BoundaryKind::roller});
   ParticleBoundary boundary(fem->mesh(), settings.rock, conditions, packing);
 
-  const double dt = fraction_of_step * stable_steps(settings, Mode::dem, *fem, packing, MPI_COMM_WORLD).dem;
+  const double dt = fraction_of_step * test::stable_steps_of(settings, Mode::dem, *fem, packing).dem;
   const dem::Settings particles = particle_settings(settings, packing, dt, MPI_COMM_SELF);
   ParticleWork work(dt, MPI_COMM_SELF), absorbed(dt, MPI_COMM_SELF);
   int n = 0;

@@ -26,8 +26,8 @@ struct Body
     rock.material = {2400., 20e9, 0.2};
     fem = fem::make_fem_side(rock);
     settings.rock = rock.material;
-    settings.overlap_width = 4e-3;
-    settings.penalty_ratio = 0.25;
+    settings.overlap.width = 4e-3;
+    settings.constraint.penalty_ratio = 0.25;
     settings.bond = test::settings(packing).bond;
     settings.bond.k_n = 2e10;
     settings.bond.k_t = 5e9;
