@@ -5,7 +5,7 @@
 
 namespace kerf
 {
-/// A fixed number in (-1, 1) for every index (splitmix64): the same noise on any rank and in any order.
+/// Noise in (-1, 1): a fixed number for every index, the same on any rank and in any order (splitmix64).
 inline double scattered(std::uint64_t index)
 {
   std::uint64_t z = (index + 1) * 0x9e3779b97f4a7c15ull;

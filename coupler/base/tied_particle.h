@@ -5,12 +5,13 @@
 
 namespace kerf
 {
-/// A particle that is tied to the finite elements, and how much of it: the load that the change of the weights puts on it,
-/// relative to a particle well inside the overlap. On the border of the overlap that is one half, so that the particles of a
-/// lattice are a trapezoidal rule over the overlap; beyond it is as little as their bonds across the border carry.
+/// A particle that is tied to the finite elements.
 struct TiedParticle
 {
   int index = -1; ///< in the packing
+  /// Load that the gradient of the weights puts on the particle, relative to one well inside the overlap [-]. It is one half on
+  /// the border of the overlap, so that the particles of a lattice are a trapezoidal rule over the overlap. Beyond the border
+  /// it is the small part that the bonds across the border carry.
   double share = 1.;
   std::array<bool, 3> blocked = {{false, false, false}}; ///< directions in which its boundary conditions hold it
 };

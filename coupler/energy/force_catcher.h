@@ -5,13 +5,15 @@
 
 namespace kerf
 {
-/// Particles whose forces go to arrays of their own, to see what one source adds.
+/// Records the forces of one source: the source acts on particles with force arrays of their own, which are then added to the
+/// particles and to the work of this source.
 class ForceCatcher
 {
 public:
   /// The particles with zero forces; valid until the next call.
   dem::Particles &catch_forces(const dem::Particles &particles);
-  /// Adds what the @p touched particles caught to @p particles and to @p work; one may be named twice.
+  /// Adds the recorded forces to @p particles and to @p work and clears them.
+  /// @param touched places of the particles with forces; a place may be there twice
   void release(const std::vector<int> &touched, dem::Particles &particles, ParticleWork &work);
 
 private:

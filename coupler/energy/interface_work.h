@@ -5,27 +5,30 @@
 
 namespace kerf
 {
-/// Work of the forces that a constraint puts on particles and nodes of its window, by the trapezoidal rule over the steps of
+/// Work of the forces of a constraint on particles and on the nodes of its window, by the trapezoidal rule over the steps of
 /// both sides (see ParticleWork).
 class InterfaceWork
 {
 public:
   InterfaceWork(double dt, MPI_Comm comm) : dt(dt), on_particles(dt, comm) {}
 
-  /// Before the window changes: counts the forces of the step before over the way to the present positions. Collective.
+  /// Adds the work of the last step's forces on the way to the present positions. Call it before the window changes.
+  /// Collective.
   /// @param node_velocity of the window's nodes [m/s], read in steps only
   void begin(dem::Phase phase, const dem::Particles &particles, const Eigen::Matrix3Xd &node_velocity);
-  /// Force [N] and torque [N m] that particle @p i gets now.
+  /// Adds force [N] and torque [N m] on particle @p i in this step.
   void add(const dem::Particles &particles, int i, const Eigen::Vector3d &force, const Eigen::Vector3d &torque)
   {
     on_particles.add(particles, i, force, torque);
   }
-  /// What a constraint counts itself [J].
+  /// Adds work that the constraint has summed up itself [J].
   void add_energy(double energy) { on_particles.add_energy(energy); }
-  /// Forces on the window's nodes [N] and their velocities [m/s], 3 x n_window.
+  /// Adds the forces on the window's nodes in this step.
+  /// @param force [N], 3 x n_window
+  /// @param velocity of the nodes [m/s], 3 x n_window
   void end(const Eigen::Matrix3Xd &force, const Eigen::Matrix3Xd &velocity);
 
-  /// Done on both sides since the start, of this rank [J].
+  /// Work on both sides since the start, of this rank [J].
   double local() const { return on_particles.local() + on_nodes; }
 
 private:

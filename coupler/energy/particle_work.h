@@ -8,28 +8,28 @@
 
 namespace kerf
 {
-/// Work of forces that the coupler adds to particles: the trapezoidal rule over each step, force at its two ends times the
-/// displacement between them. That is the measure in which velocity Verlet balances energy: the gain of
-/// m/2 v^{n-1/2} v^{n+1/2} is exactly the work of all forces in it.
+/// Work of forces that the coupler adds to particles, by the trapezoidal rule over each step: mean of the forces at its two
+/// ends times the displacement between them. Velocity Verlet balances energy exactly in this measure: the gain of m/2 v^{n-1/2}
+/// v^{n+1/2} equals the work of all forces.
 class ParticleWork
 {
 public:
   ParticleWork(double dt, MPI_Comm comm) : dt(dt), comm(comm) {}
 
-  /// Before the forces of a step (or of a setup) are added. Counts the forces of the step before over the way to the present
-  /// positions. Collective when particles changed rank.
+  /// Starts a step or a setup: adds the work of the last step's forces on the way to the present positions. Call it before
+  /// forces are added. Collective when particles changed rank.
   void begin(dem::Phase phase, const dem::Particles &particles);
-  /// Force [N] and torque [N m] that particle @p i gets now; call before its velocity is changed.
+  /// Adds force [N] and torque [N m] on particle @p i in this step. Call it before the particle's velocity is changed.
   void add(const dem::Particles &particles, int i, const Eigen::Vector3d &force, const Eigen::Vector3d &torque)
   {
     loads.push_back({i, particles.index[i], force, torque});
     if (stepping)
       sum += half_way(particles, loads.back());
   }
-  /// Energy that reaches particles at once [J].
+  /// Adds work that no force over a step accounts for, e.g. of a prescribed change of velocity [J].
   void add_energy(double energy) { sum += energy; }
 
-  double local() const { return sum; } ///< of this rank [J]
+  double local() const { return sum; } ///< work since the start, of this rank [J]
 
 private:
   struct Load

@@ -2,6 +2,7 @@
 #include "coupler/loading/debris_contact.h"
 
 #include "coupler/base/mpi_helpers.h"
+#include "coupler/loading/surface_resolution.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -13,11 +14,26 @@ namespace kerf
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-DebrisContact::DebrisContact(const dem::BondParameters &bond, const dem::Packing &packing, double dt, MPI_Comm comm)
-  : packing(packing), dt(dt), comm(comm), law{bond.friction}, stiffness(bond.k_n), damping(bond.damping),
-    patch((packing.dim == 2 ? 0.15 : 0.21) * packing.mean_diameter), loose(packing.size(), 0), near_surface(packing.size(), 0)
+namespace
 {
-  MPI_Comm_rank(comm, &rank);
+/// Candidates for contact are the fragments that are nearer to the surface than contact needs plus this margin [mean
+/// diameters]. They are chosen anew before the fastest fragment has crossed half of it: a larger margin saves searches and
+/// costs candidates.
+constexpr double search_margin = 0.5;
+/// Longest time between two searches [steps], for fragments that are at rest when they are looked at.
+constexpr int longest_wait = 200;
+/// An overlap that rises by more than this in a step did not arise by motion: a fast fragment moves by a twentieth of it
+/// [mean diameters].
+constexpr double largest_rise = 0.02;
+/// Largest number of bins along an axis, so that a few points far apart do not need many empty bins.
+constexpr int most_bins = 64;
+} // namespace
+
+DebrisContact::DebrisContact(const dem::BondParameters &bond, const dem::Packing &packing, double dt, MPI_Comm comm)
+  : packing(packing), dt(dt), comm(comm), rank(rank_of(comm)), law{bond.friction}, stiffness(bond.k_n), damping(bond.damping),
+    patch(surface_resolution::patch_radius(packing.dim) * packing.mean_diameter), debris(packing.size(), 0),
+    near_surface(packing.size(), 0)
+{
 }
 
 void DebrisContact::find_debris(const dem::DemSide &dem, const dem::StoredBonds &bonds, const std::vector<TiedParticle> &ties)
@@ -44,12 +60,12 @@ void DebrisContact::find_debris(const dem::DemSide &dem, const dem::StoredBonds 
   }
 
   const std::vector<char> &active = dem.is_active();
-  std::vector<char> of_rock(packing.size(), 0);
+  std::vector<char> attached(packing.size(), 0);
   std::vector<int> stack;
   for (const TiedParticle &tie : ties)
-    if (active[tie.index] && !of_rock[tie.index])
+    if (active[tie.index] && !attached[tie.index])
     {
-      of_rock[tie.index] = 1;
+      attached[tie.index] = 1;
       stack.push_back(tie.index);
     }
   while (!stack.empty())
@@ -57,28 +73,28 @@ void DebrisContact::find_debris(const dem::DemSide &dem, const dem::StoredBonds 
     const int i = stack.back();
     stack.pop_back();
     for (const int j : bonds.partners_of(i))
-      if (active[j] && !of_rock[j] && !(is_damaged[i] && is_damaged[j] && broken.count(key(i, j))))
+      if (active[j] && !attached[j] && !(is_damaged[i] && is_damaged[j] && broken.count(key(i, j))))
       {
-        of_rock[j] = 1;
+        attached[j] = 1;
         stack.push_back(j);
       }
   }
   n_debris_particles = 0;
   for (int i = 0; i < packing.size(); ++i)
   {
-    loose[i] = active[i] && !of_rock[i] && !ties.empty();
-    n_debris_particles += loose[i];
+    debris[i] = active[i] && !attached[i] && !ties.empty();
+    n_debris_particles += debris[i];
   }
-  steps_until_look = 0;
+  steps_until_search = 0;
 }
 
-std::vector<DebrisContact::Visitor> DebrisContact::visitors(const dem::Particles &particles,
-                                                            const std::vector<char> &which) const
+std::vector<DebrisContact::Fragment> DebrisContact::gather(const dem::Particles &particles,
+                                                           const std::vector<char> &selected) const
 {
   constexpr int record = 12; // index, position, velocity, spin, radius, mass
   std::vector<double> values;
   for (int i = 0; i < particles.n; ++i)
-    if (which[particles.index[i]])
+    if (selected[particles.index[i]])
     {
       values.push_back(particles.index[i]);
       for (const dem::Vectors *field : {&particles.position, &particles.velocity, &particles.angular_velocity})
@@ -87,11 +103,11 @@ std::vector<DebrisContact::Visitor> DebrisContact::visitors(const dem::Particles
       values.push_back(particles.mass[i]);
     }
   values = gather_all(values, MPI_DOUBLE, comm);
-  std::vector<Visitor> all;
+  std::vector<Fragment> all;
   for (std::size_t k = 0; k < values.size(); k += record)
     all.push_back({static_cast<int>(values[k]), Vector3d::Map(&values[k + 1]), Vector3d::Map(&values[k + 4]),
                    Vector3d::Map(&values[k + 7]), values[k + 10], values[k + 11]});
-  std::sort(all.begin(), all.end(), [](const Visitor &a, const Visitor &b) { return a.index < b.index; });
+  std::sort(all.begin(), all.end(), [](const Fragment &a, const Fragment &b) { return a.index < b.index; });
   return all;
 }
 
@@ -101,27 +117,26 @@ Vector3i DebrisContact::bin_of(const Vector3d &position) const
   return bin.cwiseMax(0.).cwiseMin((n_bins.array() - 1).cast<double>()).cast<int>();
 }
 
-void DebrisContact::find_points(const std::vector<Visitor> &all, const fem::FemSide &fem, double reach)
+void DebrisContact::find_points(const std::vector<Fragment> &all, const fem::SurfaceContact &surface, double reach)
 {
   Vector3d lower = Vector3d::Constant(1e300), upper = Vector3d::Constant(-1e300);
-  for (const Visitor &visitor : all)
+  for (const Fragment &fragment : all)
   {
-    lower = lower.cwiseMin((visitor.position.array() - reach).matrix());
-    upper = upper.cwiseMax((visitor.position.array() + reach).matrix());
+    lower = lower.cwiseMin((fragment.position.array() - reach).matrix());
+    upper = upper.cwiseMax((fragment.position.array() + reach).matrix());
   }
   if (packing.dim == 2)
     lower[2] = -1., upper[2] = 1.;
-  fem.surface_points(lower, upper, {}, points);
+  surface.surface_points(lower, upper, {}, points);
 
   const int n = static_cast<int>(points.area.size());
   bin_start.assign(1, 0);
   n_bins.setZero();
   if (n == 0)
     return;
-  constexpr int most = 64; // bins along an axis
   origin = points.position.rowwise().minCoeff();
   const Vector3d extent = points.position.rowwise().maxCoeff() - origin;
-  bin_size = std::max(2. * reach, extent.maxCoeff() / most);
+  bin_size = std::max(2. * reach, extent.maxCoeff() / most_bins);
   n_bins = (extent / bin_size).array().cast<int>() + 1;
   const auto flat = [&](const Vector3i &bin) { return (bin[2] * n_bins[1] + bin[1]) * n_bins[0] + bin[0]; };
   bin_start.assign(n_bins.prod() + 1, 0);
@@ -136,7 +151,7 @@ void DebrisContact::find_points(const std::vector<Visitor> &all, const fem::FemS
     bin_points[next[bin[q]]++] = q;
 }
 
-/// Calls visit(q) for all surface points within the reach, and for some others.
+/// Calls visit(q) for all surface points within the reach of a position, and for some others.
 template <typename Visit>
 void DebrisContact::for_each_point_near(const Vector3d &position, double reach, const Visit &visit) const
 {
@@ -157,13 +172,13 @@ void DebrisContact::for_each_point_near(const Vector3d &position, double reach, 
       }
 }
 
-DebrisContact::Touch DebrisContact::nearest(const Visitor &visitor) const
+DebrisContact::Touch DebrisContact::nearest(const Fragment &fragment) const
 {
   Touch touch;
-  for_each_point_near(visitor.position, visitor.radius + patch,
+  for_each_point_near(fragment.position, fragment.radius + patch,
                       [&](int q)
                       {
-                        const Vector3d away = visitor.position - points.position.col(q), normal = points.normal.col(q);
+                        const Vector3d away = fragment.position - points.position.col(q), normal = points.normal.col(q);
                         const double height = away.dot(normal);
                         const Vector3d along = away - height * normal;
                         const double aside = along.norm();
@@ -174,26 +189,25 @@ DebrisContact::Touch DebrisContact::nearest(const Visitor &visitor) const
   return touch;
 }
 
-/// Chooses the loose particles that can meet the surface before the next look.
-void DebrisContact::find_near(const dem::Particles &particles, const fem::FemSide &fem)
+/// Chooses the fragments that can meet the surface before the next search.
+void DebrisContact::find_near(const dem::Particles &particles, const fem::SurfaceContact &surface)
 {
-  constexpr int longest_wait = 200; // steps
-  const double margin = 0.5 * packing.mean_diameter;
-  const std::vector<Visitor> all = visitors(particles, loose);
-  find_points(all, fem, packing.radii.maxCoeff() + patch + margin);
+  const double margin = search_margin * packing.mean_diameter;
+  const std::vector<Fragment> all = gather(particles, debris);
+  find_points(all, surface, packing.radii.maxCoeff() + patch + margin);
 
   double speed = 0.;
   std::vector<int> local;
-  for (const Visitor &visitor : all)
+  for (const Fragment &fragment : all)
   {
-    speed = std::max(speed, visitor.velocity.norm());
+    speed = std::max(speed, fragment.velocity.norm());
     bool meets = false;
-    const double reach = visitor.radius + patch + margin;
-    for_each_point_near(visitor.position, reach,
+    const double reach = fragment.radius + patch + margin;
+    for_each_point_near(fragment.position, reach,
                         [&](int q)
-                        { meets = meets || (visitor.position - points.position.col(q)).squaredNorm() < reach * reach; });
+                        { meets = meets || (fragment.position - points.position.col(q)).squaredNorm() < reach * reach; });
     if (meets)
-      local.push_back(visitor.index);
+      local.push_back(fragment.index);
   }
   near = gather_all(local, MPI_INT, comm);
   std::sort(near.begin(), near.end());
@@ -202,33 +216,33 @@ void DebrisContact::find_near(const dem::Particles &particles, const fem::FemSid
   for (const int index : near)
     near_surface[index] = 1;
 
-  // A particle that comes off the rock beside the surface starts without force. Seen first in the air it is not embedded.
+  // A fragment that comes off the rock next to the surface starts without force. One that is seen first in the air is not
+  // embedded.
   std::vector<double> depths(all.size());
   for (std::size_t k = 0; k < all.size(); ++k)
-    depths[k] = near_surface[all[k].index] && !memory.count(all[k].index) ? all[k].radius - nearest(all[k]).distance : 0.;
+    depths[k] = near_surface[all[k].index] && !states.count(all[k].index) ? all[k].radius - nearest(all[k]).distance : 0.;
   MPI_Allreduce(MPI_IN_PLACE, depths.data(), static_cast<int>(depths.size()), MPI_DOUBLE, MPI_MAX, comm);
   for (std::size_t k = 0; k < all.size(); ++k)
   {
-    memory.try_emplace(all[k].index, Memory{std::max(0., depths[k]), 0.});
+    states.try_emplace(all[k].index, ContactState{std::max(0., depths[k]), 0.});
     if (!near_surface[all[k].index])
-      memory.at(all[k].index).overlap = 0.;
+      states.at(all[k].index).overlap = 0.;
   }
 
-  steps_until_look = longest_wait;
+  steps_until_search = longest_wait;
   if (speed > 0.)
-    steps_until_look = std::clamp(static_cast<int>(0.5 * margin / (speed * dt)), 1, longest_wait);
+    steps_until_search = std::clamp(static_cast<int>(0.5 * margin / (speed * dt)), 1, longest_wait);
 }
 
-/// How far a particle overlaps the surface [m], at @p distance from it; not positive: no contact. Once out of what it was
-/// embedded in it stays out. An overlap cannot appear at once: then the particle came from within the rock, where it met no
-/// surface.
-double DebrisContact::follow(const Visitor &visitor, double distance)
+/// Overlap of a fragment with the surface at @p distance from its centre [m]; not positive: no contact. The depth by which it
+/// was embedded does not count and shrinks as the fragment moves out. An overlap that appears within one step did not arise by
+/// motion: the fragment came from within the rock, where there is no surface, and is embedded by that much more.
+double DebrisContact::update_overlap(const Fragment &fragment, double distance)
 {
-  const double sudden = 0.02 * packing.mean_diameter; // twenty times what a fast fragment moves in a step
-  Memory &m = memory.at(visitor.index);
-  m.embedded = std::min(m.embedded, std::max(0., visitor.radius - distance));
-  double overlap = visitor.radius - m.embedded - distance;
-  if (overlap > m.overlap + sudden)
+  ContactState &m = states.at(fragment.index);
+  m.embedded = std::min(m.embedded, std::max(0., fragment.radius - distance));
+  double overlap = fragment.radius - m.embedded - distance;
+  if (overlap > m.overlap + largest_rise * packing.mean_diameter)
   {
     m.embedded += overlap - m.overlap;
     overlap = m.overlap;
@@ -237,54 +251,54 @@ double DebrisContact::follow(const Visitor &visitor, double distance)
   return overlap;
 }
 
-void DebrisContact::apply(dem::Phase phase, dem::Particles &particles, fem::FemSide &fem, ParticleWork &work)
+void DebrisContact::apply(dem::Phase phase, dem::Particles &particles, fem::SurfaceContact &surface, ParticleWork &work)
 {
   elastic = 0.;
   if (n_debris_particles == 0)
     return;
-  if (phase == dem::Phase::setup || steps_until_look-- <= 0)
-    find_near(particles, fem);
+  if (phase == dem::Phase::setup || steps_until_search-- <= 0)
+    find_near(particles, surface);
   if (near.empty())
     return;
 
-  const std::vector<Visitor> all = visitors(particles, near_surface);
-  find_points(all, fem, packing.radii.maxCoeff() + patch);
+  const std::vector<Fragment> all = gather(particles, near_surface);
+  find_points(all, surface, packing.radii.maxCoeff() + patch);
   point_force.setZero(3, points.area.size());
   Eigen::Matrix<double, 6, Eigen::Dynamic> loads = Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, all.size());
   std::vector<Touch> touches;
   std::vector<std::pair<double, int>> closest; // distance and rank
-  for (const Visitor &visitor : all)
+  for (const Fragment &fragment : all)
   {
-    touches.push_back(nearest(visitor));
+    touches.push_back(nearest(fragment));
     closest.emplace_back(touches.back().distance, rank);
   }
   static_assert(sizeof(std::pair<double, int>) == 16);
   MPI_Allreduce(MPI_IN_PLACE, closest.data(), static_cast<int>(closest.size()), MPI_DOUBLE_INT, MPI_MINLOC, comm);
   for (std::size_t k = 0; k < all.size(); ++k)
   {
-    const Visitor &visitor = all[k];
+    const Fragment &fragment = all[k];
     const auto &[distance, q, arm] = touches[k];
-    const double gap = -follow(visitor, closest[k].first);
+    const double gap = -update_overlap(fragment, closest[k].first);
     if (closest[k].second != rank || gap >= 0. || q < 0 || distance == 0.)
       continue;
     const double k_n = points.weight[q] * stiffness;
-    const Vector3d velocity = visitor.velocity + visitor.spin.cross(arm) - points.velocity.col(q);
-    const Vector3d force = law.force(gap, -arm / distance, velocity, k_n, 2. * damping * std::sqrt(k_n * visitor.mass));
+    const Vector3d velocity = fragment.velocity + fragment.spin.cross(arm) - points.velocity.col(q);
+    const Vector3d force = law.force(gap, -arm / distance, velocity, k_n, 2. * damping * std::sqrt(k_n * fragment.mass));
     elastic += 0.5 * k_n * gap * gap;
     point_force.col(q) -= force;
     loads.col(k).head<3>() += force;
     loads.col(k).tail<3>() += arm.cross(force);
   }
-  fem.add_surface_forces(point_force, fem::SurfaceLoad::loose);
+  surface.add_surface_forces(point_force, fem::SurfaceLoad::debris);
   MPI_Allreduce(MPI_IN_PLACE, loads.data(), static_cast<int>(loads.size()), MPI_DOUBLE, MPI_SUM, comm);
 
-  std::unordered_map<int, int> visitor_of;
+  std::unordered_map<int, int> fragment_of;
   for (std::size_t k = 0; k < all.size(); ++k)
-    visitor_of[all[k].index] = static_cast<int>(k);
+    fragment_of[all[k].index] = static_cast<int>(k);
   for (int i = 0; i < particles.n; ++i)
     if (near_surface[particles.index[i]])
     {
-      const auto load = loads.col(visitor_of.at(particles.index[i]));
+      const auto load = loads.col(fragment_of.at(particles.index[i]));
       if (load.isZero(0.))
         continue;
       particles.force.col(i) += load.head<3>();

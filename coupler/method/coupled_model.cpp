@@ -48,7 +48,7 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
       {[this] { set_up_forces(); }, [this] { particle_forces(&dem::DemSide::compute_forces); }}, [this] { return energies(); },
       comm),
     cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.body.material.density, comm),
-    loose(settings.bond, packing, dt, comm), tool_work(dt, comm), debris_work(dt, comm), boundary_work(dt, comm),
+    debris_contact(settings.bond, packing, dt, comm), tool_work(dt, comm), debris_work(dt, comm), boundary_work(dt, comm),
     absorbing_work(dt, comm)
 {
   constraint->set_time_step(dt);
@@ -101,7 +101,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   {
     if (stepping)
       cutter.move_to(now);
-    cutter.apply(tool_forces.catch_forces(particles), fem_side);
+    cutter.apply(tool_forces.catch_forces(particles), fem_side.n_active_cells() > 0 ? &fem_side : nullptr);
     tool_forces.release(cutter.touched(), particles, tool_work);
     if (stepping)
     {
@@ -110,7 +110,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
     }
   }
   if (with_fem)
-    loose.apply(phase, particles, fem_side, debris_work);
+    debris_contact.apply(phase, particles, fem_side, debris_work);
   clock.lap(Part::tool);
   boundary.damp(particles, absorbing_work);
   loads.apply(particles, now, boundary_work);
@@ -140,7 +140,7 @@ void CoupledModel::advance(int steps)
     throw UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what());
   }
   if (fem_side.n_active_cells() > 0)
-    loose.find_debris(*dem_side, regions.bonds(), regions.tied_particles());
+    debris_contact.find_debris(*dem_side, regions.bonds(), regions.tied_particles());
   clock.lap(Part::dem);
 }
 
@@ -211,8 +211,9 @@ ToolForce CoupledModel::take_tool_force()
 EnergyLedger CoupledModel::energies() const
 {
   const ConstraintEnergy tie = constraint->energy();
-  double sums[7] = {tie.stored,          tie.dissipated, tool_work.local(), boundary_work.local(), absorbing_work.local(),
-                    debris_work.local(), loose.stored()};
+  double sums[7] = {
+    tie.stored,          tie.dissipated,         tool_work.local(), boundary_work.local(), absorbing_work.local(),
+    debris_work.local(), debris_contact.stored()};
   MPI_Allreduce(MPI_IN_PLACE, sums, 7, MPI_DOUBLE, MPI_SUM, comm);
   const dem::Energies particles = dem_side->energies();
   const fem::Energies continuum = fem_side.energies();
@@ -223,7 +224,7 @@ EnergyLedger CoupledModel::energies() const
   ledger.coupling = sums[0];
   ledger.interface = sums[1];
   ledger.damping = particles.damping;
-  const double on_debris = sums[5] + continuum.surface[static_cast<int>(fem::SurfaceLoad::loose)];
+  const double on_debris = sums[5] + continuum.surface[static_cast<int>(fem::SurfaceLoad::debris)];
   ledger.friction = particles.friction - on_debris - sums[6]; // what their contacts neither store nor give back
   ledger.released = particles.released;
   ledger.absorbed = continuum.absorbed - sums[4];

@@ -66,7 +66,7 @@ public:
   const Overlap &overlap() const { return regions; }
   const Tool &tool() const { return cutter; }
   const ActivationRule &rule() const { return activation; }
-  const DebrisContact &debris() const { return loose; }
+  const DebrisContact &debris() const { return debris_contact; }
   const std::vector<ActivationEvent> &events() const { return activation_events; }
   int n_overlap_particles() const { return constraint->n_particles(); }
   StepTimer &timer() { return clock; }
@@ -94,7 +94,7 @@ private:
   std::unique_ptr<Constraint> constraint;
   Conversion conversion;
   Tool cutter;
-  DebrisContact loose;
+  DebrisContact debris_contact;
   ParticleWork tool_work, debris_work, boundary_work, absorbing_work; // on particles
   ForceCatcher tool_forces;
 

@@ -3,6 +3,7 @@
 
 #include "coupler/application/case_file/parameter_table.h"
 #include "coupler/base/errors.h"
+#include "coupler/loading/surface_resolution.h"
 #include "coupler/method/constraint/make_constraint.h"
 
 #include <deal.II/base/parameter_handler.h>
@@ -17,10 +18,6 @@ namespace kerf
 {
 namespace
 {
-/// Distance of the contact points on the surface of the finite elements, in particle diameters: as fine as the particles, or a
-/// round tool would sink between two of them before it is felt.
-constexpr double surface_spacing = 0.25;
-
 std::string trimmed(const std::string &text)
 {
   const auto first = text.find_first_not_of(" \t\r\n");
@@ -435,7 +432,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
 
   result.packing.kind = reader.text("Packing", "Kind");
   result.packing.mean_diameter = result.mean_diameter = reader.number("Packing", "Mean diameter");
-  result.body.surface_spacing = surface_spacing * result.mean_diameter;
+  result.body.surface_spacing = surface_resolution::point_spacing * result.mean_diameter;
   result.packing.radius_spread = reader.number("Packing", "Radius spread");
   result.packing.gap_tolerance = reader.number("Packing", "Gap tolerance");
   result.packing.seed = static_cast<unsigned>(reader.integer("Packing", "Seed"));

@@ -61,44 +61,10 @@ private:
   std::size_t at = 0;
 };
 
-/// A body of particles alone: the tool asks for finite elements and finds none.
-class NoContinuum final : public fem::FemSide
-{
-public:
-  const fem::Mesh &mesh() const override { return nothing; }
-  const Eigen::Matrix3Xd &quadrature_points() const override { return no_points; }
-  const std::vector<int> &owned_cells() const override { return nothing.owner; }
-  std::vector<fem::Interpolation> locate(const Eigen::Matrix3Xd &points) const override
-  {
-    return std::vector<fem::Interpolation>(points.cols());
-  }
-  void set_weights(const Eigen::VectorXd &) override {}
-  int n_active_cells() const override { return 0; }
-  void begin_step(double, double) override {}
-  void compute_forces() override {}
-  void end_step(double, double) override {}
-  void set_window(const std::vector<int> &) override {}
-  void read_window(fem::NodalField, Eigen::Matrix3Xd &) const override {}
-  void add_window_forces(const Eigen::Matrix3Xd &) override {}
-  void surface_points(const Vector3d &, const Vector3d &, const fem::NearTest &, fem::SurfacePoints &) const override {}
-  void add_surface_forces(const Eigen::Matrix3Xd &, fem::SurfaceLoad) override {}
-  fem::CellStress cell_stress() const override { return {}; }
-  void set_state(const Eigen::Matrix3Xd &, const Eigen::Matrix3Xd &) override {}
-  Eigen::Matrix3Xd gather(fem::NodalField) const override { return no_points; }
-  fem::Energies energies() const override { return {}; }
-  std::vector<fem::CellStiffness> cell_stiffness(const std::vector<int> &) const override { return {}; }
-  double stable_step() const override { return 0.; }
-  void write_vtu(const std::string &, const std::vector<std::pair<std::string, Eigen::VectorXd>> &) const override {}
-
-private:
-  fem::Mesh nothing;
-  Eigen::Matrix3Xd no_points{3, 0};
-};
-
 class ToolForce final : public dem::ScriptForce
 {
 public:
-  /// The contact with finite elements is not used, so any spacing and density will do there.
+  /// A script has no finite elements: diameter and density, which only their contact needs, do not matter.
   ToolForce(const ToolSettings &settings, double k_n, MPI_Comm comm) : tool(settings, 2, k_n, 1., 1., comm)
   {
     if (!tool.present())
@@ -108,7 +74,7 @@ public:
   {
     if (phase == dem::Phase::step)
       tool.move_to(time);
-    tool.apply(particles, none);
+    tool.apply(particles, nullptr);
   }
   int n_values() const override { return 4; }
   std::vector<double> values() const override
@@ -119,7 +85,6 @@ public:
 
 private:
   Tool tool;
-  NoContinuum none;
 };
 
 std::unique_ptr<dem::ScriptForce> make_tool(const std::vector<std::string> &arguments, MPI_Comm comm)

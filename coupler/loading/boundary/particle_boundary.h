@@ -11,8 +11,9 @@
 
 namespace kerf
 {
-/// The boundary conditions of the rock, for the particles next to its boundary (tributary_areas()): they obey the condition of
-/// the face, as a node on the face does. Where conditions meet, fixed goes before velocity before roller, as for nodes.
+/// The boundary conditions of the rock for the particles next to its boundary (tributary_areas()). A particle obeys the
+/// condition of its face, as a node on the face does. Where conditions meet, fixed takes precedence over velocity and velocity
+/// over roller, as for nodes.
 class ParticleBoundary
 {
 public:
@@ -25,11 +26,11 @@ public:
     Eigen::Vector3d normal; ///< of the face
     double area;            ///< [m^2], 2D [m]
   };
-  /// What the boundary makes of a particle.
+  /// Boundary conditions of one particle.
   struct Role
   {
     bool held = false;                                     ///< displacement and rotation are prescribed
-    int driver = -1;                                       ///< held: condition with the velocity, -1: it rests
+    int driver = -1;                                       ///< held: condition that gives the velocity; -1: at rest
     std::array<bool, 3> blocked = {{false, false, false}}; ///< not held: directions of rollers
     std::vector<Dashpot> dashpots;
 
@@ -39,14 +40,16 @@ public:
   double impedance_p() const { return Z_p; }                 ///< rho c_p [Pa s/m]
   double impedance_s() const { return Z_s; }                 ///< rho c_s [Pa s/m]
 
-  /// Forces of the dashpots on the particles of this rank; their (negative) work goes to @p absorbing, whose begin() was
-  /// called.
+  /// Adds the forces of the dashpots to the particles of this rank. Their work, which is negative, goes to @p absorbing, whose
+  /// begin() was called.
   void damp(dem::Particles &particles, ParticleWork &absorbing);
-  /// Holds or drives particles, after all other forces; @p time is that of their positions [s], @p dt the step [s]. Work of
-  /// held and driven particles goes to @p work, whose begin() was called.
+  /// Holds or drives particles; call it after all other forces. The work on held and driven particles goes to @p work, whose
+  /// begin() was called.
+  /// @param time of the positions [s]
+  /// @param dt step [s]
   void hold(dem::Particles &particles, double time, double dt, ParticleWork &work);
 
-  /// Particles that can be tied to something: held ones are not among them, rollers block a direction.
+  /// The particles that can be tied to the finite elements: without held ones, and with the directions that rollers block.
   std::vector<TiedParticle> movable(const std::vector<TiedParticle> &particles) const;
 
   int n_particles() const { return n_on_boundary; }

@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/energy/particle_work.h"
 #include "dem_side/dem_side.h"
 #include "fem_side/fem_side.h"
 
-#include "coupler/energy/particle_work.h"
+#include <vector>
 
 namespace kerf
 {
-/// Given forces on the particles, as the finite elements feel them: tractions of the boundary, among them those that hold the
-/// initial stress, and weight. Tractions act on particles next to the face, by their share of its area.
+/// External loads on the particles, as the finite elements feel them: tractions on the boundary, among them those that hold the
+/// initial stress, and gravity. A traction acts on the particles next to the face, by their share of its area.
 class ParticleLoads
 {
 public:
+  /// @param body boundary conditions, gravity and initial stress of the rock
   ParticleLoads(const fem::Settings &body, const fem::Mesh &mesh, const dem::Packing &packing);
 
-  /// Adds the forces at @p time [s] to the particles of this rank, weighted as they are. Their work goes to @p work; call its
-  /// begin() before.
+  /// Adds the forces at @p time [s] to the particles of this rank, times their weights. The work goes to @p work, whose begin()
+  /// was called.
   void apply(dem::Particles &particles, double time, ParticleWork &work);
 
 private:

@@ -14,38 +14,26 @@ using Eigen::Vector3d;
 
 namespace
 {
-/// A lattice may end that far before a face, as its last row does not fit: half a row's distance [mean diameters].
+/// A lattice may end this far before a face, since its last row need not fit: half the distance of rows [mean diameters].
 constexpr double largest_gap = 0.5;
 
-double distance_to_segment(const Vector3d &a, const Vector3d &b, const Vector3d &point)
-{
-  const Vector3d edge = b - a;
-  return (point - a - std::clamp((point - a).dot(edge) / edge.squaredNorm(), 0., 1.) * edge).norm();
-}
+/// Particles end at a face when their gap to it exceeds the smallest one by less than half a mean radius [mean diameters]. The
+/// rows of a lattice are farther apart, so only its last row ends there.
+constexpr double gap_range = 0.25;
 
-double distance_to_triangle(const Vector3d &a, const Vector3d &b, const Vector3d &c, const Vector3d &point)
-{
-  const Vector3d normal = (b - a).cross(c - a);
-  const auto inside = [&](const Vector3d &from, const Vector3d &to)
-  { return normal.dot((to - from).cross(point - from)) >= 0.; };
-  if (inside(a, b) && inside(b, c) && inside(c, a))
-    return std::abs(normal.normalized().dot(point - a));
-  return std::min({distance_to_segment(a, b, point), distance_to_segment(b, c, point), distance_to_segment(c, a, point)});
-}
-
-/// A face of the boundary with its geometry; 3D faces are two triangles.
+/// Geometry of a face of the boundary.
 struct Face
 {
-  Face(const fem::Mesh &mesh, const fem::BoundaryFace &face) : dim(mesh.dim)
+  Face(const fem::Mesh &mesh, const fem::BoundaryFace &face)
   {
-    const int n = dim == 2 ? 2 : 4;
+    const int n = mesh.dim == 2 ? 2 : 4;
     for (int k = 0; k < n; ++k)
       corner.col(k) = mesh.nodes.col(face.nodes[k]);
     lower = corner.leftCols(n).rowwise().minCoeff();
     upper = corner.leftCols(n).rowwise().maxCoeff();
     const Vector3d along = corner.col(1) - corner.col(0);
     // Lexicographic corners: 0 and 3 are opposite.
-    const Vector3d area_vector = dim == 2
+    const Vector3d area_vector = mesh.dim == 2
                                    ? Vector3d(along[1], -along[0], 0.)
                                    : Vector3d(0.5 * (corner.col(3) - corner.col(0)).cross(corner.col(2) - corner.col(1)));
     area = area_vector.norm();
@@ -53,15 +41,7 @@ struct Face
     if (normal.dot(corner.leftCols(n).rowwise().mean() - cell_centre(mesh, face.cell)) < 0.)
       normal = -normal;
   }
-  double distance(const Vector3d &point) const
-  {
-    if (dim == 2)
-      return distance_to_segment(corner.col(0), corner.col(1), point);
-    return std::min(distance_to_triangle(corner.col(0), corner.col(1), corner.col(3), point),
-                    distance_to_triangle(corner.col(0), corner.col(3), corner.col(2), point));
-  }
 
-  int dim;
   Eigen::Matrix<double, 3, 4> corner;
   Vector3d lower, upper, normal;
   double area;
@@ -73,7 +53,7 @@ std::vector<TributaryArea> tributary_areas(const fem::Mesh &mesh, const std::vec
   std::vector<TributaryArea> shares;
   if (packing.size() == 0)
     return shares;
-  const double half_radius = 0.25 * packing.mean_diameter;
+  const double half_radius = gap_range * packing.mean_diameter;
   const double reach = packing.radii.maxCoeff() + half_radius + largest_gap * packing.mean_diameter;
   std::vector<int> by_x(packing.size());
   std::iota(by_x.begin(), by_x.end(), 0);
@@ -101,7 +81,7 @@ std::vector<TributaryArea> tributary_areas(const fem::Mesh &mesh, const std::vec
       const Vector3d x = packing.positions.col(*it);
       if ((x.array() < face.lower.array() - reach).any() || (x.array() > face.upper.array() + reach).any())
         continue;
-      const double gap = face.distance(x) - packing.radii[*it];
+      const double gap = distance_to_face(mesh, mesh.boundary[f], x) - packing.radii[*it];
       candidates.push_back({*it, gap, face.normal});
       smallest_gap = std::min(smallest_gap, gap);
     }

@@ -16,9 +16,10 @@ struct TributaryArea
   double area = 0.;                                 ///< [m^2], 2D [m]
 };
 
-/// Particles that end at one of the chosen faces (flags by number in mesh.boundary): their gap to it is less than half a mean
-/// radius larger than the smallest one, which is zero but for lattices that do not fit. By rising index, each with the first
-/// face it is close to. None where the packing ends more than about a radius before the faces. The shares are in proportion to
-/// the particles' sections and add up to the area of the faces.
+/// Particles that end at one of the chosen faces, by rising index. A particle ends at a face when its gap to the face exceeds
+/// the smallest gap by less than half a mean radius; the smallest gap is zero but for lattices that do not fit. A particle at
+/// several faces counts for the first one. There are none where the packing ends more than about a radius before the faces. The
+/// areas are in proportion to the particles' sections and add up to the area of the faces.
+/// @param faces one flag for each face of mesh.boundary
 std::vector<TributaryArea> tributary_areas(const fem::Mesh &mesh, const std::vector<char> &faces, const dem::Packing &packing);
 } // namespace kerf

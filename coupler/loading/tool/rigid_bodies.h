@@ -7,7 +7,7 @@
 
 namespace kerf
 {
-/// What a point of the rock sees of a rigid body.
+/// The place of a rigid body's surface that is nearest to a point.
 struct NearestSurface
 {
   double gap = 0.;          ///< distance of the point from the surface, negative inside [m]
@@ -15,7 +15,7 @@ struct NearestSurface
   Eigen::Vector3d velocity; ///< of the body's surface there [m/s]
 };
 
-/// A rigid body on a prescribed way.
+/// A rigid body with prescribed motion.
 class RigidBody
 {
 public:
@@ -26,8 +26,8 @@ public:
   virtual Box bounds(double reach) const = 0;
 };
 
-/// Disc cutter, its axis along z: a flat disc with half of the width around it, so that its rim is round; or a cylinder without
-/// end.
+/// Disc cutter with its axis along z. Its shape is a flat disc grown by half of the width, so that the rim is round; without a
+/// width it is a cylinder of infinite length.
 class Disc : public RigidBody
 {
 public:
@@ -39,7 +39,7 @@ public:
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
   double spin = 0., angle = 0.; ///< about z [rad/s], [rad]
   const double radius;
-  const double width; ///< 0: without end [m]
+  const double width; ///< 0: infinite [m]
 
 private:
   ToolPath path;
@@ -47,11 +47,12 @@ private:
   double time_of_angle = 0.;
 };
 
-/// Plate of a press: the half space beyond a plane across y. Its speed starts as half a cosine wave.
+/// Plate of a press: the half space beyond a plane across y. The speed starts as half a cosine wave.
 class Platen : public RigidBody
 {
 public:
-  /// @param y of the face at the start [m]; @param speed along y [m/s], its sign is that of the face's outer normal;
+  /// @param y of the face at the start [m]
+  /// @param speed along y [m/s]; its sign is that of the face's outer normal
   /// @param ramp duration of the start [s]
   Platen(double y, double speed, double ramp);
   void move_to(double time) override;

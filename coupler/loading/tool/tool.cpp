@@ -2,6 +2,7 @@
 #include "coupler/loading/tool/tool.h"
 
 #include "coupler/base/mesh_geometry.h"
+#include "coupler/loading/surface_resolution.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,15 +11,18 @@
 namespace kerf
 {
 using Eigen::Vector3d;
-double surface_stiffness(const ToolSettings &settings, int dim, double k_n, double spacing)
+double surface_stiffness(const ToolSettings &settings, int dim, double k_n, double mean_diameter)
 {
+  const double spacing = surface_resolution::particle_spacing * mean_diameter;
   return settings.stiffness_ratio * k_n / (dim == 2 ? spacing : spacing * spacing);
 }
 
-Tool::Tool(const ToolSettings &settings, int dim, double k_n, double spacing, double density, MPI_Comm comm)
+Tool::Tool(const ToolSettings &settings, int dim, double k_n, double mean_diameter, double density, MPI_Comm comm)
   : settings(settings), law{settings.friction}, particle_stiffness(settings.stiffness_ratio * k_n),
-    surface_stiffness(kerf::surface_stiffness(settings, dim, k_n, spacing)),
-    surface_damping(2. * settings.damping * std::sqrt(density * spacing * surface_stiffness)), comm(comm)
+    surface_stiffness(kerf::surface_stiffness(settings, dim, k_n, mean_diameter)),
+    surface_damping(2. * settings.damping *
+                    std::sqrt(density * surface_resolution::particle_spacing * mean_diameter * surface_stiffness)),
+    comm(comm)
 {
   if (settings.kind == ToolKind::disc)
   {
@@ -75,29 +79,29 @@ void Tool::push_particles(const RigidBody &body, dem::Particles &particles, doub
   }
 }
 
-void Tool::push_surface(const RigidBody &body, fem::FemSide &fem, double share)
+void Tool::push_surface(const RigidBody &body, fem::SurfaceContact &rock_surface, double share)
 {
   const Box box = body.bounds(0.);
-  // A distance changes by no more than one moves: faces of which every point is clear need no points, and a box around a disc
-  // has many of them.
+  // The gap changes by no more than the point moves. So it tells which faces are clear of the body altogether, and their points
+  // need not be made: the box around a disc holds many such faces.
   const auto near = [&](const Vector3d &centre, double radius) { return body.nearest(centre).gap < radius; };
-  fem.surface_points(box.lower, box.upper, near, surface);
-  surface_force.resize(3, surface.position.cols());
-  for (int q = 0; q < surface.position.cols(); ++q)
-    surface_force.col(q) = contact_force(body.nearest(surface.position.col(q)), surface.velocity.col(q),
-                                         surface.area[q] * surface_stiffness, surface.area[q] * surface_damping, share);
-  fem.add_surface_forces(surface_force, fem::SurfaceLoad::tool);
+  rock_surface.surface_points(box.lower, box.upper, near, points);
+  point_force.resize(3, points.position.cols());
+  for (int q = 0; q < points.position.cols(); ++q)
+    point_force.col(q) = contact_force(body.nearest(points.position.col(q)), points.velocity.col(q),
+                                       points.area[q] * surface_stiffness, points.area[q] * surface_damping, share);
+  rock_surface.add_surface_forces(point_force, fem::SurfaceLoad::tool);
 }
 
-void Tool::apply(dem::Particles &particles, fem::FemSide &fem)
+void Tool::apply(dem::Particles &particles, fem::SurfaceContact *rock_surface)
 {
   load = Load();
   touched_particles.clear();
   for (std::size_t b = 0; b < bodies.size(); ++b)
   {
     push_particles(*bodies[b], particles, shares[b]);
-    if (fem.n_active_cells() > 0)
-      push_surface(*bodies[b], fem, shares[b]);
+    if (rock_surface)
+      push_surface(*bodies[b], *rock_surface, shares[b]);
   }
 }
 

@@ -8,7 +8,7 @@ namespace kerf
 using Eigen::Vector3d;
 
 ToolPath::ToolPath(const std::vector<std::pair<double, Vector3d>> &way_points, double smoothing_time)
-  : points(way_points), window(smoothing_time)
+  : points(way_points), smoothing_time(smoothing_time)
 {
 }
 
@@ -44,15 +44,15 @@ Vector3d ToolPath::integral(double time) const
 
 Vector3d ToolPath::position(double time) const
 {
-  if (window <= 0.)
+  if (smoothing_time <= 0.)
     return polygon(time);
-  return (integral(time + 0.5 * window) - integral(time - 0.5 * window)) / window;
+  return (integral(time + 0.5 * smoothing_time) - integral(time - 0.5 * smoothing_time)) / smoothing_time;
 }
 
 Vector3d ToolPath::velocity(double time) const
 {
-  if (window > 0.)
-    return (polygon(time + 0.5 * window) - polygon(time - 0.5 * window)) / window;
+  if (smoothing_time > 0.)
+    return (polygon(time + 0.5 * smoothing_time) - polygon(time - 0.5 * smoothing_time)) / smoothing_time;
   for (std::size_t k = 1; k < points.size(); ++k)
     if (time >= points[k - 1].first && time < points[k].first)
       return (points[k].second - points[k - 1].second) / (points[k].first - points[k - 1].first);

@@ -7,12 +7,14 @@
 
 namespace kerf
 {
-/// Prescribed motion of the disc centre: the polygon of way points averaged over the smoothing time, so the velocity is
-/// continuous and on straight parts the path is exact.
+/// Prescribed motion of the disc's centre: the polygon of way points, averaged over the smoothing time. The velocity is
+/// continuous. On straight parts the path is exact.
 class ToolPath
 {
 public:
   ToolPath() = default;
+  /// @param way_points time [s] and place [m], by rising time
+  /// @param smoothing_time [s]; 0: the polygon itself
   ToolPath(const std::vector<std::pair<double, Eigen::Vector3d>> &way_points, double smoothing_time);
 
   Eigen::Vector3d position(double time) const; ///< [m]
@@ -20,10 +22,10 @@ public:
 
 private:
   Eigen::Vector3d polygon(double time) const;
-  /// Integral of the polygon from the first way point's time.
+  /// Integral of the polygon from the time of the first way point on [m s].
   Eigen::Vector3d integral(double time) const;
 
   std::vector<std::pair<double, Eigen::Vector3d>> points;
-  double window = 0.;
+  double smoothing_time = 0.;
 };
 } // namespace kerf

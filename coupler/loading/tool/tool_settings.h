@@ -11,7 +11,7 @@ enum class ToolKind
 {
   none,
   disc,   ///< rigid disc cutter
-  platens ///< two rigid plates that close along y on the body
+  platens ///< two rigid plates that close on the body along y
 };
 
 /// Shape, motion and contact of the tool.
@@ -19,15 +19,15 @@ struct ToolSettings
 {
   ToolKind kind = ToolKind::disc;
   double radius = 0.;                                   ///< of the disc [m]
-  double width = 0.;                                    ///< of the disc along its axis, 0: without end [m]
+  double width = 0.;                                    ///< of the disc along its axis, 0: infinite [m]
   std::vector<std::pair<double, Eigen::Vector3d>> path; ///< of the disc: time [s], centre [m]
-  double smoothing_time = 0.;                           ///< of the disc's path, start-up time of the platens [s]
-  bool rolling = true;
-  double closing_speed = 0.;     ///< of the platens against each other [m/s]
+  double smoothing_time = 0.;                           ///< of the disc's path; start-up time of the platens [s]
+  bool rolling = true;           ///< the disc rolls along its lowest point without slip, else it does not rotate
+  double closing_speed = 0.;     ///< of the platens relative to each other [m/s]
   double lower = 0., upper = 0.; ///< faces of the platens at the start, y [m]; filled in from the mesh
-  double stiffness_ratio = 0.;   ///< contact stiffness / k_n
-  double friction = 0.;
-  double damping = 0.; ///< fraction of critical
+  double stiffness_ratio = 0.;   ///< contact stiffness / k_n [-]
+  double friction = 0.;          ///< Coulomb coefficient [-]
+  double damping = 0.;           ///< fraction of critical [-]
 
   bool present() const { return kind != ToolKind::none; }
 };

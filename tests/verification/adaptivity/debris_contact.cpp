@@ -96,7 +96,7 @@ TEST(Loose, BouncesOffFiniteElements)
     block.body->model.advance(200);
     const Vector3d x = block.particle()[0];
     lowest = std::min(lowest, x[1]);
-    touched = touched || block.body->fem->energies().surface[static_cast<int>(fem::SurfaceLoad::loose)] != 0.;
+    touched = touched || block.body->fem->energies().surface[static_cast<int>(fem::SurfaceLoad::debris)] != 0.;
   }
   EXPECT_TRUE(touched);
   EXPECT_GT(lowest, top + 0.5 * d - 1e-3 * d);

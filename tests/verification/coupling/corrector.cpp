@@ -3,7 +3,7 @@
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/method/constraint/penalty_constraint.h"
 #include "dem_side/bond_network/network_operator.h"
-#include "tests/support/dummy_fem_side.h"
+#include "tests/support/dummy_particles.h"
 #include "tests/support/strip_patch.h"
 
 #include <gtest/gtest.h>
