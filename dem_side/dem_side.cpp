@@ -2,13 +2,15 @@
 #include "dem_side/dem_side.h"
 
 #include "dem_side/bond/bond_weight.h"
+#include "dem_side/engine/balance_ranks.h"
+#include "dem_side/engine/install_rock_bond.h"
 #include "dem_side/engine/liggghts_instance.h"
-#include "dem_side/engine/rank_borders.h"
-#include "dem_side/engine/rock_bond_style.h"
+#include "dem_side/errors.h"
 
 #include <algorithm>
 #include <atom.h>
 #include <atom_vec.h>
+#include <cmath>
 #include <comm.h>
 #include <domain.h>
 #include <fix.h>
@@ -17,6 +19,7 @@
 #include <neighbor.h>
 #include <sstream>
 #include <stdexcept>
+#include <universe.h>
 #include <update.h>
 
 namespace kerf::dem
@@ -25,44 +28,17 @@ namespace
 {
 using LAMMPS_NS::LAMMPS;
 
-void check(const Settings &s)
+/// Size of the engine's bins [m]: half the reach of the lists, as the engine would choose, but larger when there would be too
+/// many bins to loop over often. The domain of a large store is mostly empty.
+double bin_size(const EngineBox &box, int dim, double half_reach)
 {
-  std::ostringstream error;
-  const auto positive = [&error](const char *name, double value)
-  {
-    if (!(value > 0.))
-      error << name << " must be positive, not " << value << "; ";
-  };
-  const auto not_negative = [&error](const char *name, double value)
-  {
-    if (!(value >= 0.))
-      error << name << " must not be negative, not " << value << "; ";
-  };
-  if (s.packing == nullptr || s.packing->size() == 0)
-    throw std::invalid_argument("particles: there is no packing");
-  if (s.packing->dim != 2 && s.packing->dim != 3)
-    throw std::invalid_argument("particles: the packing must have 2 or 3 dimensions");
-  positive("normal stiffness k_n", s.bond.k_n);
-  not_negative("tangential stiffness k_t", s.bond.k_t);
-  positive("tensile strength R_n", s.bond.R_n);
-  positive("shear strength R_t", s.bond.R_t);
-  not_negative("friction", s.bond.friction);
-  not_negative("contact damping", s.bond.damping);
-  not_negative("shear strength friction", s.bond.shear_friction);
-  positive("density", s.density);
-  positive("time step", s.time_step);
-  if (!(s.local_damping >= 0. && s.local_damping < 1.))
-    error << "local damping must be in [0, 1), not " << s.local_damping << "; ";
-  for (int c = 0; c < s.packing->dim; ++c)
-    if (s.packing->periodic[c] == 0. && !(s.domain_lower[c] < s.domain_upper[c]))
-      error << "side "
-            << "xyz"[c] << " of the particle domain is empty; ";
-  if (!error.str().empty())
-    throw std::invalid_argument("particles: " + error.str().substr(0, error.str().size() - 2));
+  constexpr double most = 5e5;
+  const double volume = (box.upper - box.lower).head(dim).prod();
+  return std::max(half_reach, std::pow(volume / most, 1. / dim));
 }
 } // namespace
 
-/// The LIGGGHTS instance and what is known of the whole set of particles on every rank.
+/// The LIGGGHTS instance, and the data of the whole set of particles that every rank has.
 struct DemSide::Engine
 {
   explicit Engine(const Settings &settings);
@@ -76,10 +52,10 @@ struct DemSide::Engine
 
   Eigen::VectorXd weights;      // by index in the packing
   std::vector<char> active;     // by index in the packing
-  std::vector<char> was_active; // by index in the packing; a particle is taken from the store only once
+  std::vector<char> was_active; // by index in the packing: see DemSide::is_taken()
   int n_active = 0;
-  std::vector<int> left;  // the domain, by index in the packing
-  bool has_lists = false; // of the present particles
+  std::vector<int> left;  // indices of the particles that left the domain
+  bool has_lists = false; // the neighbour lists contain the present particles
   bool is_set_up = false; // the forces belong to the present particles and weights
 
   std::int64_t total(std::int64_t of_rank) const
@@ -93,48 +69,19 @@ struct DemSide::Engine
       throw std::logic_error(std::string("DemSide::") + caller + " needs setup() after insert() or set_weights()");
   }
   void check(const std::vector<NewParticle> &particles) const;
-  Eigen::Vector3d place_of(const NewParticle &particle) const
+  Eigen::Vector3d position_of(const NewParticle &particle) const
   {
     return packing.wrapped(packing.positions.col(particle.index) + particle.displacement);
   }
   void make(const NewParticle &particle);
-  std::int64_t n_bonds_to_fresh() const;
+  std::int64_t n_bonds_to_new() const;
   void update_masses();
   void notice_leavers();
   void stop_if_overstretched() const;
   void check_periodic_sides() const;
   double ghost_reach() const;
-  void share_out(const std::vector<NewParticle> &particles);
+  std::vector<Eigen::Vector3d> positions_of(const std::vector<NewParticle> &particles) const;
 };
-
-EngineBox engine_box(const Settings &settings)
-{
-  const Packing &packing = *settings.packing;
-  EngineBox box{settings.domain_lower, settings.domain_upper, {{'f', 'f', 'f'}}};
-  for (int c = 0; c < packing.dim; ++c)
-    if (packing.periodic[c] > 0.)
-    {
-      box.lower[c] = packing.lower[c];
-      box.upper[c] = packing.lower[c] + packing.periodic[c];
-      box.boundary[c] = 'p';
-    }
-  if (packing.dim == 2)
-  {
-    box.lower[2] = -packing.mean_diameter;
-    box.upper[2] = packing.mean_diameter;
-    box.boundary[2] = 'p';
-  }
-  return box;
-}
-
-/// Bins of half the reach of the lists, as the engine would choose, but no more than can be visited often: the domain of a
-/// large store is mostly empty. [m]
-double bin_size(const EngineBox &box, int dim, double half_reach)
-{
-  constexpr double most = 5e5;
-  const double volume = (box.upper - box.lower).head(dim).prod();
-  return std::max(half_reach, std::pow(volume / most, 1. / dim));
-}
 
 DemSide::Engine::Engine(const Settings &s)
   : settings(s), packing(*s.packing), box(engine_box(s)), stored_bonds(packing), lmp(make_liggghts(s.comm)),
@@ -155,9 +102,10 @@ DemSide::Engine::Engine(const Settings &s)
   command(*lmp, "neighbor ", list_skin(packing), " bin");
   command(*lmp, "neigh_modify delay 0 every 1 check yes binsize ", bin, " contact_distance_factor ",
           list_reach(packing, s.bond));
-  style = RockBondStyle::install(*lmp, {&packing, &stored_bonds, s.bond, s.time_step, s.local_damping});
+  style = &install_rock_bond(*lmp, {&packing, &stored_bonds, s.bond, s.time_step, s.local_damping});
   command(*lmp, "timestep ", s.time_step);
-  command(*lmp, "fix motion all nve/sphere"); // in the plane nothing has a part along z that enforce2d would have to remove
+  command(*lmp,
+          "fix motion all nve/sphere"); // without enforce2d: in two dimensions no force or velocity has a component along z
   command(*lmp, "thermo 0");
   command(*lmp, "thermo_modify lost ignore");
 
@@ -167,7 +115,7 @@ DemSide::Engine::Engine(const Settings &s)
   lmp->update->laststep = lmp->update->endstep = std::int64_t(1) << 60;
 }
 
-/// LIGGGHTS tells pairs by their tags: no particle may see two images of another one.
+/// LIGGGHTS identifies pairs by their tags, so no particle may see two images of another one.
 void DemSide::Engine::check_periodic_sides() const
 {
   const double least = 2. * ghost_reach();
@@ -182,32 +130,29 @@ void DemSide::Engine::check_periodic_sides() const
     }
 }
 
+/// The list is the caller's: std::logic_error. The state comes from a calculation: Unstable.
 void DemSide::Engine::check(const std::vector<NewParticle> &particles) const
 {
   std::vector<char> listed(packing.size(), 0);
   for (const NewParticle &particle : particles)
   {
-    std::ostringstream error;
+    const std::string name = "particle " + std::to_string(particle.index) + " to insert ";
     if (particle.index < 0 || particle.index >= packing.size())
-      error << "is not in the store, which has " << packing.size() << " particles";
-    else if (was_active[particle.index] || listed[particle.index])
-      error << "was inserted before";
-    else
-    {
-      listed[particle.index] = 1;
-      const Eigen::Vector3d position = place_of(particle);
-      for (int c = 0; c < packing.dim; ++c)
-        if (!(position[c] >= box.lower[c] && position[c] < box.upper[c]))
-        {
-          error << "is outside of the particle domain, "
-                << "xyz"[c] << " = " << position[c];
-          break;
-        }
-      if (!(particle.velocity.allFinite() && particle.rotation.allFinite() && particle.angular_velocity.allFinite()))
-        error << "has a velocity or rotation that is not a number";
-    }
-    if (!error.str().empty())
-      throw std::invalid_argument("particle " + std::to_string(particle.index) + " to insert " + error.str());
+      throw std::logic_error(name + "is not in the store, which has " + std::to_string(packing.size()) + " particles");
+    if (was_active[particle.index] || listed[particle.index])
+      throw std::logic_error(name + "was inserted before");
+    listed[particle.index] = 1;
+    const Eigen::Vector3d position = position_of(particle);
+    for (int c = 0; c < packing.dim; ++c)
+      if (!(position[c] >= box.lower[c] && position[c] < box.upper[c]))
+      {
+        std::ostringstream error;
+        error << name << "is outside of the particle domain, "
+              << "xyz"[c] << " = " << position[c];
+        throw Unstable(error.str());
+      }
+    if (!(particle.velocity.allFinite() && particle.rotation.allFinite() && particle.angular_velocity.allFinite()))
+      throw Unstable(name + "has a velocity or rotation that is not a number");
   }
 }
 
@@ -215,7 +160,7 @@ void DemSide::Engine::check(const std::vector<NewParticle> &particles) const
 void DemSide::Engine::make(const NewParticle &particle)
 {
   LAMMPS_NS::Atom &atom = *lmp->atom;
-  Eigen::Vector3d position = place_of(particle);
+  Eigen::Vector3d position = position_of(particle);
   atom.avec->create_atom(1, position.data());
   const int i = atom.nlocal - 1;
   atom.tag[i] = particle.index + 1;
@@ -231,56 +176,21 @@ void DemSide::Engine::make(const NewParticle &particle)
   style->initialise(i, weights[particle.index], Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)));
 }
 
-/// How far the lists of a particle look at most [m].
+/// Largest reach of the neighbour lists [m].
 double DemSide::Engine::ghost_reach() const
 {
   return list_reach(packing, settings.bond) * 2. * packing.radii.maxCoeff() + list_skin(packing);
 }
 
-/// Moves the borders between the ranks so that they have equal numbers of particles, the new ones included: a region that was
-/// activated is small and far from the middle of the domain. Particles that are there go to a neighbouring rank at most, which
-/// is what LIGGGHTS does with them in its next setup.
-void DemSide::Engine::share_out(const std::vector<NewParticle> &particles)
+std::vector<Eigen::Vector3d> DemSide::Engine::positions_of(const std::vector<NewParticle> &particles) const
 {
-  constexpr int n_bins = 4096;
-  constexpr double bearable = 1.1; // fullest rank by the mean
-  LAMMPS_NS::Comm &comm = *lmp->comm;
-  const LAMMPS_NS::Domain &domain = *lmp->domain;
-  double *const splits[3] = {comm.xsplit, comm.ysplit, comm.zsplit};
-  bool changed = false;
-  for (int c = 0; c < packing.dim; ++c)
-  {
-    if (comm.procgrid[c] == 1)
-      continue;
-    const double length = domain.boxhi[c] - domain.boxlo[c], thinnest = ghost_reach() / length;
-    const Borders now(splits[c], splits[c] + comm.procgrid[c] + 1);
-    bool thick = true; // segments that are thinner than the lists reach stay as they are
-    for (int k = 0; k < comm.procgrid[c]; ++k)
-      thick = thick && now[k + 1] - now[k] >= thinnest;
-    if (!thick)
-      continue;
-    std::vector<double> counts(n_bins, 0.);
-    const auto add = [&](double x)
-    { ++counts[std::clamp(static_cast<int>(n_bins * (x - domain.boxlo[c]) / length), 0, n_bins - 1)]; };
-    for (int i = 0; i < lmp->atom->nlocal; ++i)
-      add(lmp->atom->x[i][c]);
-    MPI_Allreduce(MPI_IN_PLACE, counts.data(), n_bins, MPI_DOUBLE, MPI_SUM, lmp->world);
-    for (const NewParticle &particle : particles) // every rank knows them
-      add(place_of(particle)[c]);
-    if (imbalance(counts, now) <= bearable)
-      continue;
-    const Borders target = balanced_borders(counts, comm.procgrid[c], thinnest);
-    const Borders next = n_active == 0 ? target : approach(now, target, thinnest);
-    std::copy(next.begin(), next.end(), splits[c]);
-    changed = true;
-  }
-  if (!changed)
-    return;
-  comm.uniform = 0; // "not equal": the borders are to be read
-  lmp->domain->set_local_box();
+  std::vector<Eigen::Vector3d> positions;
+  for (const NewParticle &particle : particles)
+    positions.push_back(position_of(particle));
+  return positions;
 }
 
-std::int64_t DemSide::Engine::n_bonds_to_fresh() const
+std::int64_t DemSide::Engine::n_bonds_to_new() const
 {
   std::int64_t n = 0;
   for (int i = 0; i < static_cast<int>(style->added.size()); ++i)
@@ -300,7 +210,7 @@ void DemSide::Engine::update_masses()
   }
 }
 
-/// LIGGGHTS takes particles outside of the box away when it exchanges them between ranks.
+/// LIGGGHTS deletes particles outside of the box when it exchanges particles between ranks.
 void DemSide::Engine::notice_leavers()
 {
   if (lmp->atom->natoms == n_active)
@@ -319,12 +229,12 @@ void DemSide::Engine::notice_leavers()
 void DemSide::Engine::stop_if_overstretched() const
 {
   if (total(style->overstretched) > 0)
-    throw std::runtime_error("an intact bond is stretched far beyond its strength: the particles are unstable");
+    throw Unstable("an intact bond is stretched far beyond its strength: the particles are unstable");
 }
 
 DemSide::DemSide(const Settings &settings)
 {
-  check(settings);
+  check_settings(settings);
   engine = std::make_unique<Engine>(settings);
 }
 
@@ -336,23 +246,23 @@ void DemSide::insert(const std::vector<NewParticle> &particles)
   e.check(particles);
   if (particles.empty())
     return;
-  if (e.n_active == 0 || e.has_lists) // particles can move on by one rank only until the next setup
-    e.share_out(particles);
+  if (e.n_active == 0 || e.has_lists) // until the next setup a particle can move by one rank only
+    balance_ranks(*e.lmp, e.positions_of(particles), e.ghost_reach(), e.n_active == 0);
   LAMMPS_NS::Atom &atom = *e.lmp->atom;
   const LAMMPS_NS::Domain &domain = *e.lmp->domain;
 
-  // The contact state is in the lists, whose ghosts are about to be overwritten: bring it to the particles first.
+  // The neighbour lists hold the contact state. Copy it to the particles before their ghosts are overwritten.
   if (e.n_active > 0)
     e.lmp->modify->setup_pre_exchange();
   atom.nghost = 0;
   std::int64_t made = 0;
   for (const NewParticle &particle : particles)
   {
-    const Eigen::Vector3d position = e.place_of(particle);
-    bool mine = true;
+    const Eigen::Vector3d position = e.position_of(particle);
+    bool is_local = true;
     for (int c = 0; c < e.packing.dim; ++c)
-      mine = mine && position[c] >= domain.sublo[c] && position[c] < domain.subhi[c];
-    if (mine)
+      is_local = is_local && position[c] >= domain.sublo[c] && position[c] < domain.subhi[c];
+    if (is_local)
     {
       e.make(particle);
       ++made;
@@ -382,11 +292,11 @@ void DemSide::remove(const std::vector<int> &particles)
   for (const int i : particles)
   {
     if (i < 0 || i >= e.packing.size() || !e.active[i] || goes[i])
-      throw std::invalid_argument("particle " + std::to_string(i) + " to remove is not active or is named twice");
+      throw std::logic_error("particle " + std::to_string(i) + " to remove is not active or is named twice");
     goes[i] = 1;
     e.active[i] = e.was_active[i] = 0;
   }
-  // As in insert(): the contact state goes with the particles, and the ghosts become invalid.
+  // As in insert(): the contact state moves with the particles, and the ghosts become invalid.
   LAMMPS_NS::Atom &atom = *e.lmp->atom;
   e.lmp->modify->setup_pre_exchange();
   atom.nghost = 0;
@@ -407,18 +317,18 @@ void DemSide::set_weights(const Eigen::VectorXd &weight)
 {
   Engine &e = *engine;
   if (weight.size() != e.packing.size())
-    throw std::invalid_argument("there must be one weight for each particle of the store");
+    throw std::logic_error("there must be one weight for each particle of the store");
   for (int i = 0; i < weight.size(); ++i)
     if (e.active[i] && !(weight[i] >= 0. && weight[i] <= 1.))
-      throw std::invalid_argument("the weight of particle " + std::to_string(i) + " must be in [0, 1], not " +
-                                  std::to_string(weight[i]));
+      throw std::logic_error("the weight of particle " + std::to_string(i) + " must be in [0, 1], not " +
+                             std::to_string(weight[i]));
   for (int i = 0; i < weight.size(); ++i)
     if (e.active[i] && weight[i] == 0.)
     {
       const auto partners = e.stored_bonds.partners_of(i);
       if (std::none_of(partners.begin(), partners.end(), [&](int j) { return e.active[j] && weight[j] > 0.; }))
-        throw std::invalid_argument("particle " + std::to_string(i) +
-                                    " has no mass: its weight is zero and it is bonded to no particle with weight");
+        throw std::logic_error("particle " + std::to_string(i) +
+                               " has no mass: its weight is zero and it is bonded to no particle with weight");
     }
   e.weights = weight;
   for (int i = 0; i < e.lmp->atom->nlocal; ++i)
@@ -438,7 +348,7 @@ void DemSide::setup(const ForceHook &hook)
     return;
   }
   e.update_masses();
-  const std::int64_t expected = e.n_bonds_to_fresh();
+  const std::int64_t expected = e.n_bonds_to_new();
   e.style->bond_ends_made = 0;
   e.style->hook = &hook;
   e.lmp->init();
@@ -448,9 +358,9 @@ void DemSide::setup(const ForceHook &hook)
   e.notice_leavers();
   const std::int64_t made = e.style->bond_ends_made / 2;
   if (made != expected)
-    throw std::runtime_error("only " + std::to_string(made) + " of " + std::to_string(expected) +
-                             " bonds of the inserted particles could be made: particles are displaced too far from their "
-                             "stored positions");
+    throw Unstable("only " + std::to_string(made) + " of " + std::to_string(expected) +
+                   " bonds of the inserted particles could be made: particles are displaced too far from their "
+                   "stored positions");
 }
 
 void DemSide::compute_forces(const ForceHook &hook)
@@ -462,7 +372,7 @@ void DemSide::compute_forces(const ForceHook &hook)
     throw std::logic_error("DemSide::compute_forces() needs setup() after insert() or remove()");
   if (e.style->constants_changed)
     e.update_masses();
-  e.lmp->neighbor->ago = 1; // these lists are known
+  e.lmp->neighbor->ago = 1; // not 0, which means new lists
   e.lmp->comm->forward_comm();
   e.style->send_to_ghosts();
   e.style->hook = &hook;
@@ -551,5 +461,20 @@ std::vector<double> DemSide::damage() const
     if (const int stored = engine->stored_bonds.count(atom.tag[i] - 1); stored > 0)
       damage[i] = engine->style->broken_count(i) / stored;
   return damage;
+}
+
+std::string library_version()
+{
+  static const std::string version = []
+  {
+    // "Version LIGGGHTS-PUBLIC 3.8.0, compiled ..."
+    const std::string text = make_liggghts(MPI_COMM_SELF)->universe->version;
+    const auto name = text.find("LIGGGHTS");
+    const auto number = text.find(' ', name);
+    if (name == std::string::npos || number == std::string::npos)
+      return text;
+    return "LIGGGHTS" + text.substr(number, text.find(',', number) - number);
+  }();
+  return version;
 }
 } // namespace kerf::dem

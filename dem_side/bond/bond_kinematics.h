@@ -5,9 +5,16 @@
 
 namespace kerf::dem
 {
+/// Moment of inertia of a particle over m r^2 [-]: a disc in two dimensions, else a sphere.
+constexpr double inertia_factor(int dim)
+{
+  return dim == 2 ? 0.5 : 0.4;
+}
+
+/// Number of rotations of a particle.
 template <int dim>
 constexpr int rotations = dim == 2 ? 1 : 3;
-/// Translations and rotations of a particle.
+/// Number of translations and rotations of a particle.
 template <int dim>
 constexpr int particle_dofs = dim + rotations<dim>;
 

@@ -7,15 +7,17 @@
 #include <algorithm>
 #include <vector>
 
+/// Weights of particles in the bonds between them. A bond has the weight of its contact point, interpolated linearly between
+/// its ends,
+///   w_ij = (r_i w_i + r_j w_j)/(r_i + r_j).
+/// Its branches divide the distance in the ratio of radius times weight. The torque of the bond on particle i is then w_i times
+/// that of the bond without weights. Torques that balance without weights, as in a body under uniform strain, therefore balance
+/// with any weights.
+/// A particle of little weight has a short branch, so shear hardly resists its rotation. Weighted bonds therefore also resist
+/// the relative rotation of their ends, see rolling_resistance(). Under uniform strain there is no relative rotation.
 namespace kerf::dem
 {
-/// Weights of particles in the bonds between them. A bond has the weight of its contact point, linear between its ends,
-///   w_ij = (r_i w_i + r_j w_j)/(r_i + r_j),
-/// and its branches share the distance like the radii times the weights. The torque on particle i is then w_i times that of the
-/// bond without weights: wherever these balance, as in a body under uniform strain, they do so with any weights.
-/// A particle of little weight has a short branch and would turn as it likes, so bonds resist that their ends turn apart; see
-/// rolling_resistance(). Under uniform strain they do not.
-/// @return radius times weight [m]; bonds of particles without weight have a contact point, too.
+/// @return radius times weight [m], never zero, so that a bond between particles without weight still has a contact point.
 inline double weighted_radius(double radius, double weight)
 {
   constexpr double nothing = 1e-12;
@@ -37,8 +39,8 @@ inline double bond_weight(const BondEnd &first, const BondEnd &second)
   return (first.weighted + second.weighted) / (first.radius + second.radius);
 }
 
-/// Stiffness against turning apart, over that of an unweighted bond against shear times its length squared [-]: with it
-/// particles without weight are held as they would be at the end of half of the length.
+/// Stiffness of the bond against relative rotation of its ends, divided by its unweighted shear stiffness times its length
+/// squared [-]. It holds a particle without weight as a shear spring with a branch of half of the length would.
 inline double rolling_resistance(const BondEnd &first, const BondEnd &second)
 {
   const double a = first.weighted * second.radius, b = second.weighted * first.radius;
@@ -46,8 +48,9 @@ inline double rolling_resistance(const BondEnd &first, const BondEnd &second)
   return 0.25 * difference * difference * bond_weight(first, second);
 }
 
-/// What a particle's mass is weighted by: the mean weight of its stored bonds to active particles, without any its own. (With
-/// its own weight alone a particle at the end of the overlap would be too light for its bonds.)
+/// Weight of a particle's mass [-]: the mean weight of its stored bonds to active particles, or its own weight without any such
+/// bond. With its own weight alone, a particle at the end of the overlap would be too light for its bonds and raise the largest
+/// frequency.
 /// @param active, @param weight by index in the packing
 inline double mass_weight(int particle, const Packing &packing, const StoredBonds &stored_bonds,
                           const std::vector<char> &active, const Eigen::VectorXd &weight)

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "dem_side/bond/bond_parameters.h"
 #include "dem_side/bond/simd.h"
-#include "dem_side/dem_side.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-/// The rock bond and the contact it leaves, as pure functions of one pair. No particle engine in here.
+/// The rock bond, and the contact that remains after its failure, as pure functions of one pair.
 ///
 /// The bond is elastic and perfectly brittle with one normal and one tangential spring (Onate & Rojek, CMAME 193, 2004,
-/// sec. 2; Rojek et al., IJSS 49, 2012). It is written in total form: every force is a derivative of the potential
+/// sec. 2; Rojek et al., IJSS 49, 2012). The law is written in total form: every force is a derivative of the potential
 ///   U = k_n u_n^2 / 2 + k_t |u_t|^2 / 2
-/// of the present positions and rotations, so nothing drifts and the pair conserves momentum, angular momentum and energy.
-/// For small strains that is the incremental law of the papers.
+/// of the present positions and rotations. So there is no drift, and the pair conserves momentum, angular momentum and energy.
+/// For small strains the law is the incremental one of the papers.
 ///
-/// Real is double or Lanes, several pairs at once; what has branches is for double only.
+/// Real is double, or SimdPack for several pairs at once. Functions with branches exist for double only.
 namespace kerf::dem::law
 {
 namespace detail
@@ -28,20 +28,21 @@ struct Types
   using Spin = Eigen::Matrix<Real, dim == 2 ? 1 : 3, 1>;
 };
 } // namespace detail
-// Not deduced from arguments: an expression of Eigen is welcome where a vector is asked for.
+// Not deduced from arguments, so that an expression of Eigen can be passed as a vector.
 template <int dim, typename Real = double>
 using Vector = typename detail::Types<dim, Real>::Vector;
 /// Rotation rates and moments: one component in two dimensions.
 template <int dim, typename Real = double>
 using Spin = typename detail::Types<dim, Real>::Spin;
 
-/// Turned by 90 degrees. Composed of its components, the vector would be stored in two halves and read as one, which stalls.
+/// Rotates a vector by 90 degrees. Built from its components, the result would be stored in two halves and read as one, which
+/// stalls the processor.
 inline Vector<2> quarter_turn(const Vector<2> &a)
 {
   alignas(16) static constexpr double signs[2] = {-1., 1.};
   return a.reverse().cwiseProduct(Vector<2>::MapAligned(signs));
 }
-inline Vector<2, Lanes> quarter_turn(const Vector<2, Lanes> &a)
+inline Vector<2, SimdPack> quarter_turn(const Vector<2, SimdPack> &a)
 {
   return {-a.y(), a.x()};
 }
@@ -61,8 +62,8 @@ template <typename Real>
   return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(), a.x() * b.y() - a.y() * b.x()};
 }
 
-/// Two particles, seen from the first one. Branches end at the contact point and make up the distance, which is what keeps a
-/// bond of unequal particles free of force when the pair turns as a rigid body.
+/// Two particles, seen from the first one. The branches end at the contact point and add up to the distance. This keeps a bond
+/// between unequal particles free of force when the pair rotates as a rigid body.
 template <int dim, typename Real = double>
 struct Pair
 {
@@ -72,7 +73,7 @@ struct Pair
   Real share_second;        ///< branch of the second particle / distance [-]
 };
 
-/// Branches are like @p radius_from to @p radius_to; for bonds these are weighted_radius().
+/// The branches have the ratio of @p radius_from to @p radius_to, which for bonds are weighted_radius() [m].
 template <int dim, typename Real = double>
 [[gnu::always_inline]] inline Pair<dim, Real> make_pair(const Vector<dim, Real> &from, const Vector<dim, Real> &to,
                                                         const Real &radius_from, const Real &radius_to)
@@ -93,8 +94,8 @@ struct BondStrain
   Real slope;              ///< derivative of |u_t| by a displacement across the bond, 1 + O(strain) [-]
 };
 
-/// @param rest_length d0 [m]; @param first, @param second the reference normal of the bond turned with either particle.
-/// u_t = d0 (n (n.e) - e), e = shares-weighted mean of the turned reference normals.
+/// @param rest_length d0 [m]; @param first, @param second the reference normal of the bond, rotated with either particle.
+/// u_t = d0 (n (n.e) - e), where e is the mean of the rotated reference normals, weighted with the shares of the branches.
 template <int dim, typename Real>
 [[gnu::always_inline]] inline BondStrain<dim, Real> bond_strain(const Pair<dim, Real> &pair, const Real &rest_length,
                                                                 const Vector<dim, Real> &first, const Vector<dim, Real> &second)
@@ -105,7 +106,7 @@ template <int dim, typename Real>
           aligned * rest_length / pair.distance};
 }
 
-/// What a pair does to its first particle; the second one gets -force.
+/// Load of a pair on its particles; the force on the second one is -force.
 template <int dim, typename Real = double>
 struct PairLoad
 {
@@ -114,8 +115,8 @@ struct PairLoad
   Spin<dim, Real> torque_second;
 };
 
-/// Minus the derivative of the potential. force x distance balances the two torques exactly.
-/// @param share of the load that counts, the weight of the bond [-].
+/// Minus the derivative of the potential. The moment of the two forces balances the two torques exactly.
+/// @param share the weight of the bond, a factor on its load [-].
 template <int dim, typename Real>
 [[gnu::always_inline]] inline PairLoad<dim, Real> bond_load(const Pair<dim, Real> &pair, const BondStrain<dim, Real> &strain,
                                                             const Real &rest_length, const Vector<dim, Real> &first,
@@ -128,8 +129,8 @@ template <int dim, typename Real>
           pair.share_first * arm * cross(first, strain.shear), pair.share_second * arm * cross(second, strain.shear)};
 }
 
-/// Of a bond that resists that its ends turn apart, on the first particle; the second one gets the opposite [N m].
-/// @param rolling see rolling_resistance()
+/// Torque on the first particle of a bond that resists the relative rotation of its ends [N m]. The second particle gets the
+/// opposite torque. @param rolling see rolling_resistance()
 template <int dim, typename Real>
 [[gnu::always_inline]] inline Spin<dim, Real> rolling_torque(const Real &rolling, const Real &rest_length,
                                                              const Vector<dim, Real> &first, const Vector<dim, Real> &second,
@@ -164,7 +165,7 @@ template <int dim, typename Real>
   return Real(bond.k_n) * strain.elongation >= Real(bond.R_n);
 }
 
-/// |F_t| >= R_t + mu_b F_c: Mohr-Coulomb with the cohesion R_t; tension takes nothing away from it.
+/// |F_t| >= R_t + mu_b F_c: Mohr-Coulomb with the cohesion R_t, which tension does not reduce.
 template <int dim, typename Real>
 [[gnu::always_inline]] inline auto fails_in_shear(const BondStrain<dim, Real> &strain, const BondParameters &bond)
 {
@@ -173,8 +174,8 @@ template <int dim, typename Real>
   return Real(bond.k_t * bond.k_t) * strain.shear.squaredNorm() >= strength * strength;
 }
 
-/// Tension and shear are checked independently, compression alone never breaks the bond (Onate & Rojek 2004). Compression
-/// raises the shear strength when the bond has internal friction (the law of CIMNE's KDEM).
+/// Tension and shear are checked independently. Compression alone never breaks the bond (Onate & Rojek 2004). Compression
+/// raises the shear strength of a bond with internal friction (the law of CIMNE's KDEM).
 template <int dim>
 Failure bond_failure(const BondStrain<dim> &strain, const BondParameters &bond)
 {
@@ -183,8 +184,8 @@ Failure bond_failure(const BondStrain<dim> &strain, const BondParameters &bond)
   return fails_in_shear(strain, bond) ? Failure::shear : Failure::none;
 }
 
-/// Distance at which an unbonded pair begins to touch [m]. Particles of a packing may overlap as stored: the length of a
-/// former bond makes sure that this overlap does not push when the bond breaks. @param rest_length 0 when never bonded.
+/// Distance below which an unbonded pair is in contact [m]. Stored particles may overlap. For a broken bond the contact begins
+/// at its rest length, so that this overlap causes no force when the bond breaks. @param rest_length 0 when never bonded.
 inline double contact_length(double radii, double rest_length)
 {
   return rest_length > 0. ? std::min(radii, rest_length) : radii;
@@ -209,7 +210,7 @@ template <int dim, typename Real = double>
   return {force, pair.share_first * moment, pair.share_second * moment};
 }
 
-/// Turns the tangential spring of a sliding contact into the present contact plane without changing its length.
+/// Rotates the tangential spring of a contact into the present contact plane without changing its length.
 template <int dim>
 Vector<dim> in_contact_plane(const Vector<dim> &spring, const Vector<dim> &normal)
 {
@@ -218,16 +219,17 @@ Vector<dim> in_contact_plane(const Vector<dim> &spring, const Vector<dim> &norma
   return length > 0. ? Vector<dim>(projected * (spring.norm() / length)) : Vector<dim>::Zero();
 }
 
-/// Coulomb's bound on the tangential force of a contact: trial and return.
+/// Result of Coulomb's law for the tangential force of a contact.
 template <int dim>
 struct Friction
 {
-  Vector<dim> spring; ///< elastic tangential displacement that is left [m]
+  Vector<dim> spring; ///< elastic tangential displacement after the return [m]
   Vector<dim> force;  ///< on the first particle, damping included [N]
   bool sliding;
 };
 
-/// @param trial tangential spring before the bound [m]; @param stiffness, @param normal_force of the contact [N/m], [N];
+/// Trial force and return to Coulomb's limit. @param trial tangential spring before the return [m]; @param stiffness, @param
+/// normal_force of the contact [N/m], [N];
 /// @param damping_force viscous tangential force on the first particle [N], dropped while sliding.
 template <int dim>
 Friction<dim> coulomb(const Vector<dim> &trial, double stiffness, double normal_force, double coefficient,

@@ -12,8 +12,8 @@ namespace kerf::dem
 {
 namespace
 {
-/// Upper estimate of the largest eigenvalue by Lanczos iteration: the largest Ritz value plus its residual. Without
-/// reorthogonalisation, since only the outer end of the spectrum is target.
+/// Upper estimate of the largest eigenvalue by Lanczos iteration: the largest Ritz value plus its residual. It needs no
+/// reorthogonalisation, because only the upper end of the spectrum is of interest.
 /// @param multiply called as multiply(x, y): y = A x of the symmetric operator on vectors of length @p n.
 template <typename Multiply>
 double largest_eigenvalue(const int n, const Multiply &multiply)
@@ -26,7 +26,7 @@ double largest_eigenvalue(const int n, const Multiply &multiply)
     q[i] = double(random() >> 11) * 0x1p-53 - 0.5;
   q.normalize();
   std::vector<double> diagonal, off_diagonal;
-  double settled = 0.;
+  double previous_value = 0.;
   for (int step = 1; step <= max_steps; ++step)
   {
     multiply(q, next);
@@ -42,11 +42,11 @@ double largest_eigenvalue(const int n, const Multiply &multiply)
       ritz.computeFromTridiagonal(d, e);
       const double value = ritz.eigenvalues()[step - 1];
       const double residual = norm * std::abs(ritz.eigenvectors()(step - 1, step - 1));
-      // The value must have settled as well: a small residual alone may belong to the second largest.
-      if ((residual < tolerance * value && value - settled < tolerance * value) || step == max_steps ||
+      // The value must have converged as well: a small residual alone may belong to the second largest eigenvalue.
+      if ((residual < tolerance * value && value - previous_value < tolerance * value) || step == max_steps ||
           norm <= 1e-12 * diagonal.front())
         return value + residual;
-      settled = value;
+      previous_value = value;
     }
     off_diagonal.push_back(norm);
     q_previous.swap(q);
@@ -59,9 +59,9 @@ double largest_eigenvalue(const int n, const Multiply &multiply)
 double largest_frequency(const Packing &packing, double k_n, double k_t, double density)
 {
   if (packing.dim != 2 && packing.dim != 3)
-    throw std::runtime_error("largest frequency: the packing must be 2D or 3D");
+    throw std::invalid_argument("largest frequency: the packing must be 2D or 3D");
   if (!(density > 0.) || !(k_n >= 0.) || !(k_t >= 0.))
-    throw std::runtime_error("largest frequency: density must be positive and stiffnesses not negative");
+    throw std::invalid_argument("largest frequency: density must be positive and stiffnesses not negative");
   if (packing.bonds.empty())
     return 0.;
   std::vector<int> particles(packing.size());

@@ -22,7 +22,7 @@ Moduli affine_moduli(const Packing &packing, double k_n, double k_t)
 ElasticCalibration calibrate_elastic(const Packing &packing, double young, double poisson)
 {
   if (!(young > 0.))
-    throw std::runtime_error("elastic calibration: Young's modulus must be positive");
+    throw std::invalid_argument("elastic calibration: Young's modulus must be positive");
   const std::unique_ptr<BondSample> sample = make_bond_sample(packing);
   const double largest_ratio = 2., tolerance = 1e-6 * std::max(std::abs(poisson), 0.01);
   const auto moduli_at = [&](double ratio) { return sample->relaxed(1., ratio); };
@@ -41,7 +41,8 @@ ElasticCalibration calibrate_elastic(const Packing &packing, double young, doubl
     return result;
   };
 
-  // Poisson's ratio falls with k_t / k_n. Start between the affine relation nu = (1 - kappa) / 4 and what relaxation adds.
+  // Poisson's ratio falls with k_t / k_n. Start near the affine relation nu = (1 - k_t / k_n) / 4, with an allowance for
+  // relaxation.
   double previous_ratio = std::clamp(1. - 3.5 * poisson, 0.05, 1.9);
   Moduli previous = moduli_at(previous_ratio);
   double ratio = std::clamp(previous_ratio + 3.5 * (previous.poisson - poisson), 0., largest_ratio);
@@ -61,6 +62,6 @@ ElasticCalibration calibrate_elastic(const Packing &packing, double young, doubl
   std::ostringstream error;
   error << "elastic calibration: Poisson's ratio " << poisson << " is out of reach, this packing allows "
         << moduli_at(largest_ratio).poisson << " to " << moduli_at(0.).poisson;
-  throw std::runtime_error(error.str());
+  throw std::invalid_argument(error.str());
 }
 } // namespace kerf::dem

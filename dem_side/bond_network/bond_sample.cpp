@@ -17,14 +17,14 @@ namespace kerf::dem
 {
 namespace
 {
-/// Rises from 0 to 1 with three continuous derivatives, so that a repeating pattern is averaged over whole cells.
+/// Rises from 0 to 1 with three continuous derivatives. A window with such edges averages a repeating pattern over whole cells.
 double smooth_step(double s)
 {
   s = std::clamp(s, 0., 1.);
   return s * s * s * s * (35. + s * (-84. + s * (70. - 20. * s)));
 }
 
-/// Row and column of the components of a symmetric tensor.
+/// Row and column of each component of a symmetric tensor.
 template <int dim>
 constexpr std::array<std::array<int, 2>, dim *(dim + 1) / 2> places()
 {
@@ -105,7 +105,7 @@ template <int dim>
 BondSampleOf<dim>::BondSampleOf(const Packing &packing, int sample_size)
 {
   if (packing.size() == 0 || packing.bonds.empty())
-    throw std::runtime_error("elastic moduli: the packing has no bonds");
+    throw std::invalid_argument("elastic moduli: the packing has no bonds");
   m_mean_diameter = 2. * packing.radii.mean();
   for (int c = 0; c < dim; ++c)
     m_periodic[c] = packing.periodic[c] > 0.;
@@ -132,13 +132,13 @@ void BondSampleOf<dim>::choose_window(const Packing &packing, int sample_size)
         std::ostringstream error;
         error << "elastic moduli: the sample is " << side[c] / m_mean_diameter
               << " mean diameters wide, at least 12 are needed";
-        throw std::runtime_error(error.str());
+        throw std::invalid_argument(error.str());
       }
     }
   m_lower = middle - side / 2.;
   m_upper = middle + side / 2.;
-  // The skin disturbs about three diameters, weakly a little more. Cells of its own for each particle make any taper exact for
-  // a lattice; a longer one averages over whole periods of a pattern, a shorter one over more particles.
+  // The skin disturbs the stresses over about three diameters. Every taper is exact for a lattice, because each particle has
+  // its own cell. A longer taper averages over whole periods of a pattern, a shorter one over more particles.
   for (int c = 0; c < dim; ++c)
   {
     const double inset = std::min(std::clamp(0.1 * side[c], 3. * m_mean_diameter, 5. * m_mean_diameter), side[c] / 4.);
@@ -255,7 +255,7 @@ void BondSampleOf<dim>::assemble()
       }
     }
   }
-  for (int d = 0; d < m_unknowns; ++d) // a particle without bonds still has its diagonal
+  for (int d = 0; d < m_unknowns; ++d) // a particle without bonds needs its diagonal, too
   {
     normal.emplace_back(d, d, 0.);
     tangential.emplace_back(d, d, 0.);
@@ -287,9 +287,9 @@ typename BondSampleOf<dim>::Columns BondSampleOf<dim>::solve(double ratio)
   }
   else
   {
-    // Fill-in makes a factorisation of a 3D network many times more expensive.
+    // In 3D fill-in makes a factorisation many times more expensive.
     Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::IncompleteCholesky<double>> solver;
-    solver.setTolerance(1e-9); // energy, hence moduli, is off by its square
+    solver.setTolerance(1e-9); // the error of the energy, hence of the moduli, is its square
     solver.setMaxIterations(5000);
     solver.compute(matrix);
     if (solver.info() != Eigen::Success)
@@ -298,7 +298,7 @@ typename BondSampleOf<dim>::Columns BondSampleOf<dim>::solve(double ratio)
       m_last_solution.setZero(m_unknowns, n_strains);
     for (int k = 0; k < n_strains; ++k)
     {
-      // Of a lattice the load is round-off, which no iteration can solve to a relative tolerance.
+      // The load of a lattice is round-off, for which no iteration reaches a relative tolerance.
       if (load.col(k).norm() <= 1e-12 * m_mean_diameter * std::sqrt(double(m_unknowns)))
         m_last_solution.col(k).setZero();
       else
@@ -313,7 +313,7 @@ typename BondSampleOf<dim>::Columns BondSampleOf<dim>::solve(double ratio)
 template <int dim>
 Moduli BondSampleOf<dim>::relaxed(double k_n, double k_t)
 {
-  // One k_n scales everything, so solve with k_n = 1.
+  // The solution depends on k_t / k_n only, so solve with k_n = 1.
   const Columns solution = solve(k_t / k_n);
   std::vector<Fluctuation> fluctuation(m_centres.size(), Fluctuation::Zero());
   for (std::size_t i = 0; i < m_centres.size(); ++i)
@@ -355,7 +355,7 @@ Moduli BondSampleOf<dim>::moduli(double k_n, double k_t, const std::vector<Fluct
   }
   for (int c = 0; c < dim; ++c)
     if (m_periodic[c])
-      moment(c, c) = 1.; // any number: the covariance is zero
+      moment(c, c) = 1.; // any nonzero number, because the covariance is zero
   Eigen::Matrix<double, n_strains, n_strains> strain, stress;
   for (int k = 0; k < n_strains; ++k)
   {
@@ -398,6 +398,6 @@ std::unique_ptr<BondSample> make_bond_sample(const Packing &packing, int sample_
     return std::make_unique<BondSampleOf<2>>(packing, sample_size);
   if (packing.dim == 3)
     return std::make_unique<BondSampleOf<3>>(packing, sample_size);
-  throw std::runtime_error("elastic moduli: the packing must be 2D or 3D");
+  throw std::invalid_argument("elastic moduli: the packing must be 2D or 3D");
 }
 } // namespace kerf::dem

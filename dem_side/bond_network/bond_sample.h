@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "dem_side/bond_network/bond_network.h"
+#include "dem_side/bond_network/moduli.h"
+#include "dem_side/packing/packing.h"
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
@@ -14,18 +15,18 @@ class BondSample
 {
 public:
   virtual ~BondSample() = default;
-  /// Moduli with the free particles in equilibrium. What can be kept between calls (symbolic factorisation, last solution) is.
+  /// Moduli with the free particles in equilibrium [Pa]. Keeps the symbolic factorisation and the last solution between calls.
+  /// @param k_n, @param k_t stiffnesses of a bond [N/m] (2D: per metre)
   virtual Moduli relaxed(double k_n, double k_t) = 0;
-  /// Moduli with all particles following the strain.
+  /// Moduli with all particles following the strain [Pa].
   virtual Moduli affine(double k_n, double k_t) const = 0;
 };
 std::unique_ptr<BondSample> make_bond_sample(const Packing &packing, int sample_size = 20000);
 
-/// Particles of the outer skin follow the strain without rotation, the others are free; a periodic packing has no skin at the
-/// sides that repeat. Unknowns are the fluctuations about the
-/// uniform strain, so that the weak diagonal that keeps loose parts solvable acts on nothing else. The stress of a particle
-/// comes with the volume of its Laguerre cell, both weighted by a window function. So a lattice, which has no fluctuation and
-/// equal cells, comes out exact.
+/// Particles of the outer skin follow the strain without rotation, the others are free. There is no skin at periodic sides. The
+/// unknowns are the fluctuations about the uniform strain, so the weak diagonal that keeps unconnected parts solvable acts on
+/// fluctuations only. The mean stress is the sum of the particles' virials over the sum of their Laguerre cells, both weighted
+/// by a window function. The result is therefore exact for a lattice, which has no fluctuations and equal cells.
 template <int dim>
 class BondSampleOf : public BondSample
 {
@@ -66,9 +67,9 @@ private:
   Moduli moduli(double k_n, double k_t, const std::vector<Fluctuation> &fluctuation) const;
 
   double m_mean_diameter = 0.;
-  std::array<bool, 3> m_periodic = {{false, false, false}}; ///< the sample is as long as the packing and has no skin there
-  Vector m_lower, m_upper;                                  ///< of the sample
-  Vector m_window_lower, m_window_upper;                    ///< support of the window function
+  std::array<bool, 3> m_periodic = {{false, false, false}}; ///< axes without skin, along which the sample is the whole packing
+  Vector m_lower, m_upper;                                  ///< of the sample [m]
+  Vector m_window_lower, m_window_upper;                    ///< support of the window function [m]
   Vector m_taper;
   std::vector<Vector> m_centres;
   std::vector<double> m_weights, m_volumes; ///< of each particle: of the window function; of its cell

@@ -16,9 +16,8 @@ NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stor
   : dim(packing.dim), inertia(particles.size() * (packing.dim == 2 ? 3 : 6))
 {
   if (!std::is_sorted(particles.begin(), particles.end()))
-    throw std::invalid_argument("network operator: particles must be in ascending order");
+    throw std::logic_error("network operator: particles must be in ascending order");
   const int dofs = per_particle();
-  const double inertia_factor = dim == 2 ? 0.5 : 0.4; // of a disc, a sphere [m r^2]
   for (int p = 0; p < static_cast<int>(particles.size()); ++p)
   {
     const int i = particles[p];
@@ -38,7 +37,7 @@ NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stor
     }
     const double mass = material.density * packing.volume(i) * mass_weight(i, packing, stored_bonds, active, weight);
     inertia.segment(dofs * p, dim).setConstant(mass);
-    inertia.segment(dofs * p + dim, dofs - dim).setConstant(inertia_factor * mass * packing.radii[i] * packing.radii[i]);
+    inertia.segment(dofs * p + dim, dofs - dim).setConstant(inertia_factor(dim) * mass * packing.radii[i] * packing.radii[i]);
   }
 }
 
@@ -62,7 +61,7 @@ Vector1d moment_of(const Eigen::Vector2d &arm, const Eigen::Vector2d &force)
 {
   return Vector1d(arm[0] * force[1] - arm[1] * force[0]);
 }
-/// What of a turn tilts @p normal.
+/// The part of a rotation vector that tilts @p normal.
 Eigen::Vector3d across(const Eigen::Vector3d &normal, const Eigen::Vector3d &turn)
 {
   return turn - normal.dot(turn) * normal;
@@ -80,7 +79,7 @@ void NetworkOperator::add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x,
   {
     using Vector = Eigen::Matrix<double, dim, 1>;
     using Spin = Eigen::Matrix<double, rotations<dim>, 1>;
-    // relative_displacement() times x written out: this is what searches for the highest mode do most.
+    // relative_displacement() times x, written out because searches for the highest mode spend most of their time here.
     const Vector n = bond.normal.head<dim>();
     const Spin turn =
       bond.lever * x.segment<rotations<dim>>(bond.first + dim) + bond.reach * x.segment<rotations<dim>>(bond.second + dim);

@@ -7,8 +7,8 @@
 
 namespace kerf::dem
 {
-/// The linear network of the bonds among some particles of a store, matrix-free. Degrees of freedom of the p-th particle:
-/// translations [m] and rotations [rad] from per_particle() * p on.
+/// The linear elastic network of the bonds among selected particles of a packing, matrix-free. The degrees of freedom of the
+/// p-th particle begin at per_particle() * p: translations [m], then rotations [rad].
 class NetworkOperator
 {
 public:
@@ -18,30 +18,30 @@ public:
     double density = 0.;       ///< of the particles [kg/m^3]
   };
 
-  /// @param particles indices in the packing, ascending. @param active by index: who is there; bonds to others do not count.
-  /// @param weight by index; see bond_weight().
+  /// @param particles indices in the packing, ascending (else std::logic_error). @param active by index in the packing:
+  /// particles that exist; bonds to others do not count. @param weight by index in the packing, see bond_weight().
   NetworkOperator(const Packing &packing, const StoredBonds &stored_bonds, const Material &material,
                   const std::vector<int> &particles, const std::vector<char> &active, const Eigen::VectorXd &weight);
 
   int per_particle() const { return dim == 2 ? 3 : 6; }
   int n_dofs() const { return static_cast<int>(inertia.size()); }
-  /// Weighted mass [kg], then moment of inertia [kg m^2] of each particle as DemSide::set_weights() makes them.
+  /// Of each degree of freedom: weighted mass [kg] or moment of inertia [kg m^2], as with DemSide::set_weights().
   const Eigen::VectorXd &masses() const { return inertia; }
-  /// y += K x, forces [N] and torques [N m] that the displacements and rotations need.
+  /// y += K x: forces [N] and torques [N m] that hold the displacements and rotations x.
   void add_product(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const;
-  /// The same for particles that follow a homogeneous strain without turning, across periodic axes, too.
+  /// The same for particles that follow a homogeneous strain without rotation, also across periodic axes.
   void add_homogeneous(const Eigen::Matrix3d &strain, Eigen::Ref<Eigen::VectorXd> y) const;
-  /// Of K.
+  /// Diagonal of K.
   Eigen::VectorXd diagonal() const;
 
 private:
   struct Bond
   {
-    int first, second;        ///< places of their first degree of freedom
+    int first, second;        ///< indices of their first degree of freedom
     Eigen::Vector3d normal;   ///< from the first to the second
     double lever, reach;      ///< from the first, from the second centre to the contact point [m]
     double normal_k, shear_k; ///< weighted stiffness [N/m]
-    double rolling_k;         ///< of turning apart, see rolling_resistance() [N m]
+    double rolling_k;         ///< against relative rotation, see rolling_resistance() [N m]
   };
   template <int dim>
   void add_homogeneous_in(const Eigen::Matrix3d &strain, Eigen::Ref<Eigen::VectorXd> y) const;

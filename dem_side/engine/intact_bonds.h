@@ -7,14 +7,14 @@
 
 namespace kerf::dem
 {
-/// The intact bonds of the neighbour lists, packed: what changes in a step is in the rows of the particles alone, because the
-/// law has no history. Several bonds are computed at once. The lists of the particle engine stay the owner of the bonds; this
-/// is a copy for the time between two list builds.
+/// The intact bonds of the neighbour lists, in SIMD packs that compute several bonds at once. The law has no history, so only
+/// the rows of the particles change in a step. The lists of the particle engine own the bonds; this is a copy for the time
+/// between two list builds.
 template <int dim>
 class IntactBonds
 {
 public:
-  /// Where a bond is kept in the neighbour lists: n-th neighbour of a particle.
+  /// Position of a bond in the neighbour lists: n-th neighbour of a particle.
   struct Place
   {
     int particle = -1, neighbour = -1;
@@ -27,7 +27,7 @@ public:
   };
   struct Bond
   {
-    int first, second;       ///< rows, in an order that all ranks agree on, so that they compute the same bits
+    int first, second;       ///< rows; the same order on all ranks, so that they compute the same bits
     law::Vector<dim> normal; ///< from the first to the second particle as stored
     double rest_length;      ///< [m]
     double weight;           ///< [-]
@@ -36,14 +36,14 @@ public:
     Place place;
   };
 
-  /// Takes the bonds over. Neighbours in the list should be neighbours in space.
+  /// Copies the bonds. Neighbours in the list should be neighbours in space.
   void assign(const std::vector<Bond> &bonds);
 
-  std::size_t size() const { return places.size(); } ///< and a few idle ones
+  std::size_t size() const { return places.size(); } ///< including a few idle ones
 
   /// Adds the loads of all bonds to the rows.
   /// @param reach distance / sum of radii up to which a bond is in the neighbour lists
-  /// @param on_failure called as on_failure(Failing) in a step for bonds at their strength; they are dropped.
+  /// @param on_failure called in a step as on_failure(Failing) for each bond that reaches its strength; the bond is removed.
   /// @return whether a bond is longer than the reach or not a number.
   template <bool damped, typename OnFailure>
   bool add_loads(std::vector<ParticleRow<dim>> &rows, const BondParameters &bond, double reach, bool step,
@@ -52,34 +52,34 @@ public:
 private:
   struct Batch
   {
-    law::Vector<dim, Lanes> normal;
-    Lanes rest_length, weight;
-    LaneRows first, second;
+    law::Vector<dim, SimdPack> normal;
+    SimdPack rest_length, weight;
+    PackRows first, second;
   };
   void drop(std::size_t batch, int lane);
 
   std::vector<Batch> batches;
-  std::vector<Lanes> viscosities; ///< of each batch; apart because they are not read without damping
-  std::vector<Lanes> rolling;     ///< not read without weights
-  std::vector<Place> places;      ///< of each lane of each batch, read on failure only
+  std::vector<SimdPack> viscosities; ///< of each batch; separate, because they are not read without damping
+  std::vector<SimdPack> rolling;     ///< of each batch; not read without weights
+  std::vector<Place> places;         ///< of each lane of each batch, read on failure only
 };
 
 template <int dim>
 void IntactBonds<dim>::assign(const std::vector<Bond> &bonds)
 {
-  // Each lane takes a stretch of the list: the lanes of a batch belong to different particles, so that no lane waits for the
-  // sum that the one before has just written, but not to far ones, whose rows would not be in the cache together.
+  // Each lane takes its own part of a stretch of the list. The lanes of a batch then belong to different particles, so no lane
+  // waits for a sum that another one has just written. The stretch is short enough that their rows are in the cache together.
   constexpr std::size_t stretch = 4096;
-  const std::size_t n = (bonds.size() + Lanes::size - 1) / Lanes::size;
+  const std::size_t n = (bonds.size() + SimdPack::size - 1) / SimdPack::size;
   batches.resize(n);
   viscosities.resize(n);
   rolling.resize(n);
-  places.resize(Lanes::size * n);
+  places.resize(SimdPack::size * n);
   for (std::size_t batch = 0; batch < n; ++batch)
-    for (int lane = 0; lane < Lanes::size; ++lane)
+    for (int lane = 0; lane < SimdPack::size; ++lane)
     {
       const std::size_t begin = batch / stretch * stretch, here = std::min(stretch, n - begin);
-      const std::size_t k = Lanes::size * begin + lane * here + batch - begin;
+      const std::size_t k = SimdPack::size * begin + lane * here + batch - begin;
       const Bond &bond = bonds[std::min(k, bonds.size() - 1)];
       Batch &b = batches[batch];
       for (int c = 0; c < dim; ++c)
@@ -90,7 +90,7 @@ void IntactBonds<dim>::assign(const std::vector<Bond> &bonds)
       rolling[batch].set(lane, bond.rolling);
       b.first.template set<ParticleRow<dim>>(lane, bond.first);
       b.second.template set<ParticleRow<dim>>(lane, bond.second);
-      places[Lanes::size * batch + lane] = bond.place;
+      places[SimdPack::size * batch + lane] = bond.place;
       if (k >= bonds.size())
         drop(batch, lane);
     }
@@ -114,54 +114,55 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
                                  bool step, const OnFailure &on_failure)
 {
   ParticleRow<dim> *rows = particle_rows.data();
-  const Lanes tangential_share = std::sqrt(bond.k_t / bond.k_n);
-  Lanes::Mask overstretched = {};
+  const SimdPack tangential_share = std::sqrt(bond.k_t / bond.k_n);
+  SimdPack::Mask overstretched = {};
   for (std::size_t k = 0; k < batches.size(); ++k)
   {
     const Batch &batch = batches[k];
-    if constexpr (dim == 3) // in two dimensions the rows that are soon needed are in the cache anyway
+    if constexpr (dim == 3) // in two dimensions the next rows are in the cache anyway
       prefetch<damped>(rows, batches[std::min(k + 8, batches.size() - 1)].second);
     const auto first = gather<damped>(rows, batch.first), second = gather<damped>(rows, batch.second);
     const auto pair =
-      law::make_pair<dim, Lanes>(first.position, second.position, first.weighted_radius, second.weighted_radius);
-    law::Vector<dim, Lanes> normal_first = first.turn * batch.normal, normal_second = second.turn * batch.normal;
-    auto strain = law::bond_strain<dim, Lanes>(pair, batch.rest_length, normal_first, normal_second);
+      law::make_pair<dim, SimdPack>(first.position, second.position, first.weighted_radius, second.weighted_radius);
+    law::Vector<dim, SimdPack> normal_first = first.turn * batch.normal, normal_second = second.turn * batch.normal;
+    auto strain = law::bond_strain<dim, SimdPack>(pair, batch.rest_length, normal_first, normal_second);
     if (step)
     {
-      const Lanes::Mask tension = law::fails_in_tension(strain, bond);
-      Lanes::Mask failing = tension | law::fails_in_shear(strain, bond);
+      const SimdPack::Mask tension = law::fails_in_tension(strain, bond);
+      SimdPack::Mask failing = tension | law::fails_in_shear(strain, bond);
       if (__builtin_expect(any(failing), false))
         failing &= batch.weight >= bond.breaking_weight;
       if (__builtin_expect(any(failing), false))
       {
-        for (int lane = 0; lane < Lanes::size; ++lane)
+        for (int lane = 0; lane < SimdPack::size; ++lane)
           if (failing[lane])
           {
             drop(k, lane);
-            on_failure(Failing{places[Lanes::size * k + lane], tension[lane] ? law::Failure::tension : law::Failure::shear});
+            on_failure(Failing{places[SimdPack::size * k + lane], tension[lane] ? law::Failure::tension : law::Failure::shear});
           }
-        --k; // once more without them
+        --k; // repeat the batch without them
         continue;
       }
     }
-    // Both sides times the weight, which is zero in idle lanes.
+    // Both sides are multiplied by the weight, which is zero in idle lanes.
     overstretched |= ~(batch.weight * (strain.elongation + batch.rest_length) <
-                       Lanes(reach) * (first.weighted_radius + second.weighted_radius));
+                       SimdPack(reach) * (first.weighted_radius + second.weighted_radius));
 
-    auto elastic = law::bond_load<dim, Lanes>(pair, strain, batch.rest_length, normal_first, normal_second, bond, batch.weight);
+    auto elastic =
+      law::bond_load<dim, SimdPack>(pair, strain, batch.rest_length, normal_first, normal_second, bond, batch.weight);
     if (any(batch.weight < 1.))
     {
-      const auto torque = law::rolling_torque<dim, Lanes>(rolling[k], batch.rest_length, normal_first, normal_second, bond);
+      const auto torque = law::rolling_torque<dim, SimdPack>(rolling[k], batch.rest_length, normal_first, normal_second, bond);
       elastic.torque_first += torque;
       elastic.torque_second -= torque;
     }
     if constexpr (damped)
     {
-      const law::Vector<dim, Lanes> v =
-        law::contact_velocity<dim, Lanes>(pair, first.velocity, second.velocity, first.spin, second.spin);
-      const Lanes c = viscosities[k], c_t = tangential_share * c;
-      const law::Vector<dim, Lanes> force = c_t * v + ((c - c_t) * pair.normal.dot(v)) * pair.normal;
-      const auto viscous = law::contact_point_load<dim, Lanes>(pair, force);
+      const law::Vector<dim, SimdPack> v =
+        law::contact_velocity<dim, SimdPack>(pair, first.velocity, second.velocity, first.spin, second.spin);
+      const SimdPack c = viscosities[k], c_t = tangential_share * c;
+      const law::Vector<dim, SimdPack> force = c_t * v + ((c - c_t) * pair.normal.dot(v)) * pair.normal;
+      const auto viscous = law::contact_point_load<dim, SimdPack>(pair, force);
       add(rows, batch.first, {elastic.force, elastic.torque_first}, {viscous.force, viscous.torque_first});
       add(rows, batch.second, {-elastic.force, elastic.torque_second}, {-viscous.force, viscous.torque_second});
     }

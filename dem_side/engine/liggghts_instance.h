@@ -6,15 +6,29 @@
 #include <memory>
 #include <mpi.h>
 #include <sstream>
+#include <streambuf>
 
 namespace kerf::dem
 {
 using LAMMPS_NS::LAMMPS;
 
-/// A silent LIGGGHTS without a box. Its input errors print and end the program: check before what is passed on.
+/// Discards the output to std::cerr while it exists. Each instance of LIGGGHTS registers all styles once more and warns about
+/// every one of them. Errors of LIGGGHTS go to stdout and stderr of C and stay visible.
+class StyleWarningsOff
+{
+public:
+  StyleWarningsOff();
+  ~StyleWarningsOff();
+  StyleWarningsOff(const StyleWarningsOff &) = delete;
+  StyleWarningsOff &operator=(const StyleWarningsOff &) = delete;
+
+private:
+  std::ostringstream discarded;
+  std::streambuf *const before;
+};
+
+/// A silent LIGGGHTS without a box. Its input errors print and end the program, so check the input beforehand.
 std::unique_ptr<LAMMPS> make_liggghts(MPI_Comm comm);
-/// The same with the arguments of LIGGGHTS' own program; argv[0] is not read.
-std::unique_ptr<LAMMPS> make_liggghts(int argc, char **argv, MPI_Comm comm);
 
 /// One line of LIGGGHTS input, numbers with all digits.
 template <typename... Items>

@@ -12,7 +12,7 @@
 
 namespace kerf::dem
 {
-/// Rotation of a particle, ready to turn vectors.
+/// Rotation of a particle in the form that rotates vectors.
 template <int dim, typename Real = double>
 struct Turn;
 
@@ -35,8 +35,8 @@ struct Turn<3, Real>
   }
 };
 
-/// All that the pair loops need of one particle side by side, in groups of four numbers that are read and written as a whole:
-/// LIGGGHTS' separate arrays would cost a cache miss each, and bonds need the same numbers of several particles in lanes.
+/// All data of one particle that the pair loops need, in groups of four numbers that are read and written as a whole. Each of
+/// LIGGGHTS' separate arrays would cost a cache miss. The groups of several particles are transposed into SIMD packs.
 template <int dim>
 struct ParticleRow;
 
@@ -78,76 +78,77 @@ struct alignas(64) ParticleRow<3>
 };
 static_assert(offsetof(ParticleRow<3>, force) == 16 * sizeof(double) && sizeof(ParticleRow<3>) == 32 * sizeof(double));
 
-/// Rows of the particles of several pairs, as offsets in bytes: these are looked up many times.
-struct LaneRows
+/// Rows of the particles of several pairs, as offsets in bytes, which saves multiplications at each access.
+struct PackRows
 {
-  std::array<std::uint32_t, Lanes::size> offsets;
+  std::array<std::uint32_t, SimdPack::size> offsets;
 
   template <typename Row>
   void set(int lane, int row)
   {
     if (std::size_t(row) * sizeof(Row) > std::numeric_limits<std::uint32_t>::max())
-      throw std::length_error("more particles on one rank than the bond loop can count: use more ranks");
+      throw std::invalid_argument("more particles on one rank than the bond loop can count: use more ranks");
     offsets[lane] = static_cast<std::uint32_t>(row * sizeof(Row));
   }
 };
 
-/// One side of several pairs.
+/// The particles on one side of several pairs.
 template <int dim>
-struct RowLanes
+struct GatheredRows
 {
-  law::Vector<dim, Lanes> position, velocity;
-  law::Spin<dim, Lanes> spin;
-  Lanes weighted_radius;
-  Turn<dim, Lanes> turn;
+  law::Vector<dim, SimdPack> position, velocity;
+  law::Spin<dim, SimdPack> spin;
+  SimdPack weighted_radius;
+  Turn<dim, SimdPack> turn;
 };
 
 namespace detail
 {
 template <int dim>
-[[gnu::always_inline]] inline Lanes load_group(const ParticleRow<dim> *rows, std::uint32_t offset, int number)
+[[gnu::always_inline]] inline SimdPack load_group(const ParticleRow<dim> *rows, std::uint32_t offset, int number)
 {
-  Lanes group;
-  std::memcpy(&group.v, reinterpret_cast<const char *>(rows) + offset + number * sizeof(Lanes), sizeof(Lanes));
+  SimdPack group;
+  std::memcpy(&group.v, reinterpret_cast<const char *>(rows) + offset + number * sizeof(SimdPack), sizeof(SimdPack));
   return group;
 }
 template <int dim>
-[[gnu::always_inline]] inline void store_group(ParticleRow<dim> *rows, std::uint32_t offset, int number, const Lanes &group)
+[[gnu::always_inline]] inline void store_group(ParticleRow<dim> *rows, std::uint32_t offset, int number, const SimdPack &group)
 {
-  std::memcpy(reinterpret_cast<char *>(rows) + offset + number * sizeof(Lanes), &group.v, sizeof(Lanes));
+  std::memcpy(reinterpret_cast<char *>(rows) + offset + number * sizeof(SimdPack), &group.v, sizeof(SimdPack));
 }
 template <int dim>
-[[gnu::always_inline]] inline std::array<Lanes, 4> gather_group(const ParticleRow<dim> *rows, const LaneRows &index, int number)
+[[gnu::always_inline]] inline std::array<SimdPack, 4> gather_group(const ParticleRow<dim> *rows, const PackRows &index,
+                                                                   int number)
 {
-  std::array<Lanes, 4> columns;
-  for (int lane = 0; lane < Lanes::size; ++lane)
+  std::array<SimdPack, 4> columns;
+  for (int lane = 0; lane < SimdPack::size; ++lane)
     columns[lane] = load_group(rows, index.offsets[lane], number);
   transpose(columns[0], columns[1], columns[2], columns[3]);
   return columns;
 }
-/// Several lanes may mean the same row.
+/// Several lanes may refer to the same row.
 template <int dim>
-[[gnu::always_inline]] inline void add_group(ParticleRow<dim> *rows, const LaneRows &index, int number,
-                                             std::array<Lanes, 4> columns)
+[[gnu::always_inline]] inline void add_group(ParticleRow<dim> *rows, const PackRows &index, int number,
+                                             std::array<SimdPack, 4> columns)
 {
   transpose(columns[0], columns[1], columns[2], columns[3]);
-  for (int lane = 0; lane < Lanes::size; ++lane)
+  for (int lane = 0; lane < SimdPack::size; ++lane)
     store_group(rows, index.offsets[lane], number, load_group(rows, index.offsets[lane], number) + columns[lane]);
 }
 } // namespace detail
 
-/// @tparam moving velocities are needed, too.
+/// @tparam moving whether velocities are needed.
 template <bool moving>
-[[gnu::always_inline]] inline RowLanes<2> gather(const ParticleRow<2> *rows, const LaneRows &index)
+[[gnu::always_inline]] inline GatheredRows<2> gather(const ParticleRow<2> *rows, const PackRows &index)
 {
   const auto a = detail::gather_group(rows, index, 0), b = detail::gather_group(rows, index, 1);
-  return {{a[0], a[1]}, {b[2], b[3]}, law::Spin<2, Lanes>(b[1]), a[2], {a[3], b[0]}};
+  return {{a[0], a[1]}, {b[2], b[3]}, law::Spin<2, SimdPack>(b[1]), a[2], {a[3], b[0]}};
 }
 template <bool moving>
-[[gnu::always_inline]] inline RowLanes<3> gather(const ParticleRow<3> *rows, const LaneRows &index)
+[[gnu::always_inline]] inline GatheredRows<3> gather(const ParticleRow<3> *rows, const PackRows &index)
 {
   const auto a = detail::gather_group(rows, index, 0), q = detail::gather_group(rows, index, 1);
-  RowLanes<3> lanes;
+  GatheredRows<3> lanes;
   lanes.position = {a[0], a[1], a[2]};
   lanes.weighted_radius = a[3];
   lanes.turn = {q[0], {q[1], q[2], q[3]}};
@@ -160,9 +161,10 @@ template <bool moving>
   return lanes;
 }
 
-/// Asks for rows before they are needed. @tparam moving as for gather(): else every other cache line is not looked at.
+/// Loads rows into the cache before they are needed. @tparam moving as for gather(); without velocities only every other cache
+/// line is read.
 template <bool moving>
-[[gnu::always_inline]] inline void prefetch(const ParticleRow<3> *rows, const LaneRows &index)
+[[gnu::always_inline]] inline void prefetch(const ParticleRow<3> *rows, const PackRows &index)
 {
   constexpr std::size_t cache_line = 64;
   for (const std::uint32_t offset : index.offsets)
@@ -170,32 +172,32 @@ template <bool moving>
       __builtin_prefetch(reinterpret_cast<const char *>(rows) + offset + part, 1);
 }
 
-/// A load on one particle of each pair: elastic part and viscous part, which is kept apart for the energy that it takes out.
+/// Load on one particle of each pair. Elastic and viscous parts are separate, because the dissipated energy is counted.
 template <int dim>
-struct LaneLoad
+struct PackLoad
 {
-  law::Vector<dim, Lanes> force;
-  law::Spin<dim, Lanes> torque;
+  law::Vector<dim, SimdPack> force;
+  law::Spin<dim, SimdPack> torque;
 };
 
-[[gnu::always_inline]] inline void add(ParticleRow<2> *rows, const LaneRows &index, const LaneLoad<2> &elastic)
+[[gnu::always_inline]] inline void add(ParticleRow<2> *rows, const PackRows &index, const PackLoad<2> &elastic)
 {
-  detail::add_group(rows, index, 2, {elastic.force.x(), elastic.force.y(), elastic.torque[0], Lanes(0.)});
+  detail::add_group(rows, index, 2, {elastic.force.x(), elastic.force.y(), elastic.torque[0], SimdPack(0.)});
 }
-[[gnu::always_inline]] inline void add(ParticleRow<2> *rows, const LaneRows &index, const LaneLoad<2> &elastic,
-                                       const LaneLoad<2> &viscous)
+[[gnu::always_inline]] inline void add(ParticleRow<2> *rows, const PackRows &index, const PackLoad<2> &elastic,
+                                       const PackLoad<2> &viscous)
 {
   add(rows, index, elastic);
-  detail::add_group(rows, index, 3, {viscous.force.x(), viscous.force.y(), viscous.torque[0], Lanes(0.)});
+  detail::add_group(rows, index, 3, {viscous.force.x(), viscous.force.y(), viscous.torque[0], SimdPack(0.)});
 }
-[[gnu::always_inline]] inline void add(ParticleRow<3> *rows, const LaneRows &index, const LaneLoad<3> &elastic)
+[[gnu::always_inline]] inline void add(ParticleRow<3> *rows, const PackRows &index, const PackLoad<3> &elastic)
 {
   const auto &[force, torque] = elastic;
   detail::add_group(rows, index, 4, {force.x(), force.y(), force.z(), torque.x()});
-  detail::add_group(rows, index, 5, {torque.y(), torque.z(), Lanes(0.), Lanes(0.)});
+  detail::add_group(rows, index, 5, {torque.y(), torque.z(), SimdPack(0.), SimdPack(0.)});
 }
-[[gnu::always_inline]] inline void add(ParticleRow<3> *rows, const LaneRows &index, const LaneLoad<3> &elastic,
-                                       const LaneLoad<3> &viscous)
+[[gnu::always_inline]] inline void add(ParticleRow<3> *rows, const PackRows &index, const PackLoad<3> &elastic,
+                                       const PackLoad<3> &viscous)
 {
   const auto &[force, torque] = elastic;
   detail::add_group(rows, index, 4, {force.x(), force.y(), force.z(), torque.x()});

@@ -8,7 +8,7 @@ namespace kerf::dem
 {
 namespace
 {
-/// Points below a place of the axis, as if they were spread evenly in their bins.
+/// Points below a position on the axis, if points are distributed evenly in their bins.
 double count_below(const std::vector<double> &counts, double place)
 {
   const double at = place * static_cast<double>(counts.size());
@@ -16,7 +16,7 @@ double count_below(const std::vector<double> &counts, double place)
   return std::accumulate(counts.begin(), counts.begin() + bin, 0.) + (at - static_cast<double>(bin)) * counts[bin];
 }
 
-/// Moves inner borders up, then down, as little as gives every segment its width.
+/// Moves inner borders up, then down, just enough to give every segment its smallest width.
 void widen(Borders &borders, double thinnest)
 {
   const std::size_t last = borders.size() - 1;

@@ -2,32 +2,22 @@
 #pragma once
 
 #include "dem_side/engine/intact_bonds.h"
+#include "dem_side/engine/local_damping.h"
 #include "dem_side/engine/rock_bond_style.h"
 
 #include <array>
-#include <neigh_list.h>
+#include <vector>
 
 namespace kerf::dem
 {
-/// On one particle.
+/// The pair loop of the rock bond. Intact bonds and the other pairs of LIGGGHTS' lists have loops of their own, over data that
+/// are collected when LIGGGHTS builds its lists. Breaking bonds and contacts also write LIGGGHTS' contact history, so that
+/// particles that change rank carry the present state with them.
 template <int dim>
-struct Load
-{
-  law::Vector<dim> force;
-  law::Spin<dim> torque;
-};
-
-/// The pair loop of the rock bond. Intact bonds and other pairs of LIGGGHTS' lists go through loops of their own; what a step
-/// needs of both is collected when LIGGGHTS builds its lists. LIGGGHTS' contact history is written when a bond breaks and by
-/// contacts, so that particles that change rank take the present state along.
-template <int dim>
-class RockBondLoop final : public RockBondStyle
+class RockBondLoop : public RockBondStyle
 {
 public:
-  RockBondLoop(LAMMPS_NS::LAMMPS &lmp, LAMMPS_NS::PairGran &gran, std::int64_t hash, const RockBondParameters &parameters)
-    : RockBondStyle(lmp, gran, hash, parameters)
-  {
-  }
+  RockBondLoop(LAMMPS_NS::LAMMPS &lmp, LAMMPS_NS::PairGran &gran, std::int64_t hash) : RockBondStyle(lmp, gran, hash) {}
   std::vector<ActiveBond> bonds(const std::vector<char> &target) override;
   double elastic_energy() override;
 
@@ -43,14 +33,14 @@ private:
     double share;           ///< of this rank in energies
     double weight, rolling; ///< see bond_weight.h
   };
-  /// A near pair without an intact bond.
+  /// A pair of the lists without an intact bond.
   struct DebrisPair
   {
     OrderedPair pair;
     double length;    ///< distance at which the contact begins [m]
     double viscosity; ///< normal [N s/m]
     PairHistory *history;
-    int *flag; ///< of LIGGGHTS: whether the history is worth keeping
+    int *flag; ///< of LIGGGHTS: whether it must keep the history
   };
 
   void pair_forces(bool step) override;
@@ -68,46 +58,31 @@ private:
     double energy = 0., power = 0.;
   };
   template <bool damped>
-  ContactSprings contact(const DebrisPair &loose, bool step, bool just_broken);
+  ContactSprings contact(const DebrisPair &debris, bool step, bool just_broken);
   template <bool damped>
   void break_bond(const typename IntactBonds<dim>::Failing &bond);
   OrderedPair ordered(int i, int j) const;
-  DebrisPair loose(const OrderedPair &pair, PairHistory &history, int &flag) const;
+  DebrisPair debris_pair(const OrderedPair &pair, PairHistory &history, int &flag) const;
   law::Pair<dim> geometry(const OrderedPair &pair) const;
   law::Pair<dim> bond_geometry(const OrderedPair &pair) const; ///< with the branches of a weighted bond
-  /// The reference normal of a bond, turned with either particle.
-  std::array<Vector, 2> turned_normals(const OrderedPair &pair, const PairHistory &history) const;
+  /// The reference normal of a bond, rotated with either particle.
+  std::array<Vector, 2> rotated_normals(const OrderedPair &pair, const PairHistory &history) const;
   law::BondStrain<dim> bond_strain(const OrderedPair &pair, const PairHistory &history) const;
-  /// Of an intact bond, weighted [J].
+  /// Energy of an intact bond, weighted [J].
   double bond_energy(const OrderedPair &pair, const law::BondStrain<dim> &strain, const PairHistory &history) const;
-  /// Of the springs of an intact bond on its particles at the velocities of the step, weighted [W].
+  /// Power of the springs of an intact bond on its particles at the velocities of the step, weighted [W].
   double bond_power(const OrderedPair &pair, const law::BondStrain<dim> &strain, const PairHistory &history) const;
   double viscosity(const OrderedPair &pair) const;
 
   std::vector<Row> rows;          ///< local and ghost particles at the last force computation
-  std::vector<Load<dim>> viscous; ///< part of the loads on local particles
+  std::vector<Load<dim>> viscous; ///< viscous part of the loads on local particles
   IntactBonds<dim> intact;
-  std::vector<typename IntactBonds<dim>::Bond> listed; ///< what they were assigned, kept for its memory
+  std::vector<typename IntactBonds<dim>::Bond> listed; ///< input of IntactBonds::assign(), kept to reuse its memory
   std::vector<DebrisPair> debris_pairs;
-  // Most loose pairs are apart. They are looked at again when a particle has moved by half the gap that near ones are within.
+  // Most debris pairs have a gap. They are searched again for near pairs when a particle has moved by half of the largest gap
+  // of a near pair.
   std::vector<int> near_pairs;
-  std::vector<Vector> looked_from; ///< positions of the rows when near pairs were found
-  double moved = 0.;               ///< largest distance from there, squared [m^2]
+  std::vector<Vector> searched_at; ///< positions of the rows at the last search
+  double largest_square_move = 0.; ///< largest distance from there, squared [m^2]
 };
-
-template <typename Visit>
-void RockBondStyle::for_each_pair(const Visit &visit) const
-{
-  const LAMMPS_NS::NeighList &list = *gran.list;
-  for (int k = 0; k < list.inum; ++k)
-  {
-    const int i = list.ilist[k];
-    const int n_pairs = list.numneigh[i];
-    const int *others = list.firstneigh[i];
-    int *flags = gran.listgranhistory->firstneigh[i];
-    auto *histories = reinterpret_cast<PairHistory *>(gran.listgranhistory->firstdouble[i]);
-    for (int n = 0; n < n_pairs; ++n)
-      visit(i, others[n] & NEIGHMASK, histories[n], flags[n]);
-  }
-}
 } // namespace kerf::dem

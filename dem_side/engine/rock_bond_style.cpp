@@ -1,47 +1,33 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/engine/rock_bond_style.h"
 
-#include "dem_side/engine/rock_bond_loop.h"
-#include "dem_side/script/script_fixes.h"
+#include "dem_side/bond/bond_kinematics.h"
+#include "dem_side/errors.h"
 
-// contact_models.h uses what the first one declares.
-#include <comm.h>
-
+#include <algorithm>
 #include <atom.h>
-#include <contact_models.h>
+#include <contact_interface.h>
 #include <domain.h>
 #include <fix_property_atom.h>
-#include <force.h>
-#include <input.h>
-#include <iterator>
 #include <modify.h>
 #include <neighbor.h>
-#include <sstream>
 #include <stdexcept>
 #include <update.h>
 
 namespace kerf::dem
 {
-namespace
+double list_reach(const Packing &packing, const BondParameters &bond)
 {
-constexpr const char *model_name = "kerf_rock_bond";
-constexpr int model_id = 42; // of the normal models; LIGGGHTS' own end at 9, six bits are there
-
-// LIGGGHTS makes the style itself, out of an input line that cannot carry these; nullptr when a script names the style.
-const RockBondParameters *parameters_to_install = nullptr;
-RockBondStyle *installed = nullptr;
-
-/// Not an input line, which would overwrite the words of the one that is being read.
-void add_fix(LAMMPS_NS::LAMMPS &lmp, const std::string &line)
-{
-  std::istringstream stream(line);
-  std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
-  std::vector<char *> pointers;
-  for (std::string &word : words)
-    pointers.push_back(word.data());
-  lmp.modify->add_fix(static_cast<int>(pointers.size()), pointers.data());
+  // The elongation of an intact bond at failure, with a margin. Tests have unbreakable bonds, for which the upper limit counts.
+  const double stretch = std::clamp(1.5 * bond.R_n / bond.k_n, 0.03 * packing.mean_diameter, 0.2 * packing.mean_diameter);
+  double reach = 1.03;
+  for (const auto &[a, b] : packing.bonds)
+    reach = std::max(reach, (packing.branch(a, b).norm() + stretch) / (packing.radii[a] + packing.radii[b]));
+  return reach;
 }
 
+namespace
+{
 LAMMPS_NS::FixPropertyAtom *find_property(LAMMPS_NS::LAMMPS &lmp, const char *name)
 {
   auto *property = dynamic_cast<LAMMPS_NS::FixPropertyAtom *>(lmp.modify->fix[lmp.modify->find_fix(name)]);
@@ -50,73 +36,23 @@ LAMMPS_NS::FixPropertyAtom *find_property(LAMMPS_NS::LAMMPS &lmp, const char *na
 }
 } // namespace
 
-void RockBondStyle::register_with(LAMMPS_NS::LAMMPS &lmp)
-{
-  static const bool registered = []
-  {
-    auto &models = LIGGGHTS::ContactModels::Factory::instance();
-    models.addNormalModel(model_name, model_id);
-    const std::int64_t hash = LIGGGHTS::Utils::generate_gran_hashcode(
-      model_id, LIGGGHTS::ContactModels::TANGENTIAL_OFF, LIGGGHTS::ContactModels::COHESION_OFF,
-      LIGGGHTS::ContactModels::ROLLING_OFF, LIGGGHTS::ContactModels::SURFACE_DEFAULT);
-    LIGGGHTS::PairStyles::Factory::instance().addStyle("gran", static_cast<int>(hash), &RockBondStyle::create);
-    return true;
-  }();
-  (void)registered;
-  RockBondFix::register_with(lmp);
-}
-
-RockBondStyle *RockBondStyle::install(LAMMPS_NS::LAMMPS &lmp, const RockBondParameters &parameters)
-{
-  register_with(lmp);
-  parameters_to_install = &parameters;
-  lmp.input->one((std::string("pair_style gran model ") + model_name).c_str());
-  lmp.input->one("pair_coeff * *");
-  parameters_to_install = nullptr;
-  return installed;
-}
-
-RockBondStyle *RockBondStyle::of(LAMMPS_NS::LAMMPS &lmp)
-{
-  // The pair style hides the model it runs; a script can only have one.
-  const auto *gran = dynamic_cast<LAMMPS_NS::PairGran *>(lmp.force->pair);
-  return gran != nullptr && installed != nullptr && &installed->gran == gran ? installed : nullptr;
-}
-
-LIGGGHTS::PairStyles::IGranularPairStyle *RockBondStyle::create(LAMMPS_NS::LAMMPS *lmp, LAMMPS_NS::PairGran *gran,
-                                                                std::int64_t hash)
-{
-  if (lmp->domain->box_exist == 0)
-    throw std::invalid_argument("pair_style gran model kerf_rock_bond must come after the box (read_data or create_box)");
-  // Moved with the particles; the first two reach ghosts, too (refresh_ghosts()).
-  if (lmp->modify->find_fix("kerf_rotation") < 0)
-  {
-    add_fix(*lmp, "kerf_rotation all property/atom kerf_rotation vector no yes no 1. 0. 0. 0.");
-    add_fix(*lmp, "kerf_weight all property/atom kerf_weight scalar no yes no 1.");
-    add_fix(*lmp, "kerf_broken all property/atom kerf_broken scalar no no no 0.");
-    if (parameters_to_install == nullptr)
-      add_fix(*lmp, "rock_bond all kerf/rock_bond");
-  }
-  const RockBondParameters of_script;
-  const RockBondParameters &parameters = parameters_to_install != nullptr ? *parameters_to_install : of_script;
-  if (lmp->domain->dimension == 2)
-    installed = new RockBondLoop<2>(*lmp, *gran, hash, parameters);
-  else
-    installed = new RockBondLoop<3>(*lmp, *gran, hash, parameters);
-  return installed;
-}
-
-RockBondStyle::RockBondStyle(LAMMPS_NS::LAMMPS &lmp, LAMMPS_NS::PairGran &gran, std::int64_t hash,
-                             const RockBondParameters &parameters)
-  : lmp(lmp), gran(gran), hash(hash), parameters(parameters), rotations(find_property(lmp, "kerf_rotation")),
+RockBondStyle::RockBondStyle(LAMMPS_NS::LAMMPS &lmp, LAMMPS_NS::PairGran &gran, std::int64_t hash)
+  : lmp(lmp), gran(gran), hash(hash), rotations(find_property(lmp, "kerf_rotation")),
     weights(find_property(lmp, "kerf_weight")), broken_counts(find_property(lmp, "kerf_broken"))
 {
 }
 
-RockBondStyle::~RockBondStyle()
+void RockBondStyle::settings(int, char **, LIGGGHTS::IContactHistorySetup *history)
 {
-  if (installed == this)
-    installed = nullptr;
+  history->add_history_value("state", "0");
+  history->add_history_value("rest_length", "0");
+  for (const char *component : {"x", "y", "z"})
+    history->add_history_value(component, "1");
+}
+
+void RockBondStyle::write_restart_settings(FILE *)
+{
+  throw std::invalid_argument("write_restart: the state of kerf_rock_bond cannot be written to a restart file");
 }
 
 double *RockBondStyle::rotation() const
@@ -181,8 +117,7 @@ void RockBondStyle::compute_force(LAMMPS_NS::PairGran *, int, int, int)
   if (!added.empty())
   {
     create_bonds();
-    if (own_store != nullptr)
-      check_bonds_of_script();
+    check_created_bonds();
   }
 
   pair_forces(step);
@@ -191,7 +126,7 @@ void RockBondStyle::compute_force(LAMMPS_NS::PairGran *, int, int, int)
     Particles local = particles();
     (*hook)(step ? Phase::step : Phase::setup, local);
   }
-  if (own_store == nullptr)
+  if (damps_after_hook())
     damp_all(step);
 }
 
@@ -203,8 +138,8 @@ void RockBondStyle::damp_all(bool step)
     damping_ahead = 0.5 * (dissipation.damping - before);
 }
 
-/// After particles changed rank or place: what LIGGGHTS does not send to the ghosts by itself. In between, every rank turns
-/// its ghosts with the angular velocities that LIGGGHTS sends in each step.
+/// After particles changed rank or place: sends the data to the ghosts that LIGGGHTS does not send by itself. In the steps
+/// between, every rank rotates its ghosts with the angular velocities that LIGGGHTS sends.
 void RockBondStyle::refresh_ghosts()
 {
   check_intact_bonds();
@@ -216,7 +151,7 @@ void RockBondStyle::refresh_ghosts()
   ++order;
 }
 
-/// LIGGGHTS silently forgets a bond that has outgrown the lists when it builds them.
+/// When LIGGGHTS builds its lists, it silently drops a bond that is longer than their reach.
 void RockBondStyle::check_intact_bonds()
 {
   std::int64_t sums[] = {intact_bond_ends(), bond_ends_failed, overstretched};
@@ -224,8 +159,8 @@ void RockBondStyle::check_intact_bonds()
   const bool lost = sums[0] + sums[1] != bond_ends_at_build;
   const bool explained = lmp.atom->natoms != n_particles; // particles took their bonds out of the domain
   if (sums[2] > 0 || (lost && !explained))
-    throw std::runtime_error("intact bonds were stretched far beyond their strength: the particles are unstable, the time step "
-                             "is probably too large");
+    throw Unstable("intact bonds were stretched far beyond their strength: the particles are unstable, the time step "
+                   "is probably too large");
   bond_ends_at_build = sums[0];
   bond_ends_failed = 0;
   n_particles = lmp.atom->natoms;
@@ -283,12 +218,12 @@ std::int64_t RockBondStyle::intact_bond_ends() const
 Energies RockBondStyle::energies()
 {
   const LAMMPS_NS::Atom &atom = *lmp.atom;
-  const double inertia_factor = lmp.domain->dimension == 2 ? 0.5 : 0.4; // of a disc, a sphere: J = factor m r^2
+  const double inertia_over_mr2 = inertia_factor(lmp.domain->dimension);
   const auto square = [](const double *v) { return Eigen::Map<const Eigen::Vector3d>(v).squaredNorm(); };
   Energies sum;
   for (int i = 0; i < atom.nlocal; ++i)
   {
-    const double mass = atom.rmass[i], inertia = inertia_factor * mass * atom.radius[i] * atom.radius[i];
+    const double mass = atom.rmass[i], inertia = inertia_over_mr2 * mass * atom.radius[i] * atom.radius[i];
     sum.kinetic += 0.5 * (mass * square(atom.v[i]) + inertia * square(atom.omega[i]));
     sum.finite_step += square(atom.f[i]) / mass + square(atom.torque[i]) / inertia;
   }

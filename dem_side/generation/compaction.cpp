@@ -15,15 +15,15 @@ namespace kerf::dem
 {
 namespace
 {
-constexpr double wall_stiffness = 2.; ///< flat sides to a fraction of the overlap between particles
+constexpr double wall_stiffness = 2.; ///< flattens the sides to a fraction of the overlap between particles
 constexpr double anneal_step = 0.3;   ///< central difference is stable to 2/omega = 0.7 at eight contacts
 constexpr double largest_fire_step = 0.45;
-constexpr double negligible_force = 1e-6; ///< below, the particles only just touch
+constexpr double negligible_force = 1e-6; ///< below this, the particles are hardly in contact
 constexpr int fire_start = 5;             ///< downhill steps before the time step grows
 } // namespace
 
-/// The LIGGGHTS instance. What goes beyond its contacts, the walls and the damping of the minimisation, is done in the hook
-/// that LIGGGHTS calls after its forces.
+/// The LIGGGHTS instance computes the contacts. Walls and the damping of the minimisation are added in the hook that LIGGGHTS
+/// calls after its forces.
 struct Compaction::Engine
 {
   const Container &container;
@@ -79,7 +79,7 @@ void Compaction::Engine::make_instance(const Eigen::Matrix3Xd &positions)
   command(*lmp, "region domain block ", low.x(), ' ', high.x(), ' ', low.y(), ' ', high.y(), ' ', low.z(), ' ', high.z(),
           " units box");
   command(*lmp, "create_box 1 domain");
-  command(*lmp, "neighbor 0.45 bin"); // thermal motion would wear out thin lists in a few steps
+  command(*lmp, "neighbor 0.45 bin"); // with thermal motion thinner lists would last a few steps only
   command(*lmp, "neigh_modify delay 0 every 1 check yes");
   command(*lmp, "pair_style gran model hooke/stiffness tangential off");
   command(*lmp, "pair_coeff * *");
@@ -116,14 +116,14 @@ void Compaction::Engine::set_time_step(double value)
     lmp->modify->fix[f]->reset_dt();
 }
 
-/// Takes effect with the next run, which builds the lists anew.
+/// Takes effect with the next run, which rebuilds the lists.
 void Compaction::Engine::apply_scale()
 {
   LAMMPS_NS::Atom &atom = *lmp->atom;
   for (int i = 0; i < atom.nlocal; ++i)
   {
     atom.radius[i] = scale * unscaled_radii[atom.tag[i] - 1];
-    atom.rmass[i] = 1.; // equal masses, so that one time step suits all
+    atom.rmass[i] = 1.; // equal masses, so that one time step is stable for all
   }
 }
 
@@ -135,7 +135,7 @@ void Compaction::Engine::set_velocities(const std::function<double()> &value)
       atom.v[i][c] = value();
 }
 
-/// Most particles of a box, found out fast.
+/// A fast test that holds for most particles of a box.
 bool Compaction::Engine::is_far_from_sides(const double *x, double radius) const
 {
   bool is_far = container.is_box();
@@ -237,7 +237,7 @@ Compaction::Compaction(const Container &container, const Eigen::Matrix3Xd &posit
   : engine(std::make_unique<Engine>(container, 2. * mean_radius))
 {
   if (positions.cols() != static_cast<Eigen::Index>(radii.size()) || radii.empty())
-    throw std::invalid_argument("compaction: there must be one radius for each position");
+    throw std::logic_error("compaction: there must be one radius for each position");
   for (const double radius : radii)
     engine->unscaled_radii.push_back(radius / engine->unit);
   engine->make_instance(positions);
@@ -261,7 +261,7 @@ void Compaction::anneal(double final_scale, double speed, int steps, std::mt1993
                         const std::function<void(double)> &progress)
 {
   Engine &e = *engine;
-  const int chunk = 80; // between two chunks the lists are built anew for the grown particles
+  const int chunk = 80; // between two chunks the lists are rebuilt for the grown particles
   const double initial_scale = e.scale;
   LAMMPS_NS::Atom &atom = *e.lmp->atom;
   const int dim = e.container.dim();

@@ -10,9 +10,8 @@
 
 namespace kerf::dem
 {
-/// Soft frictionless particles of mass 1 and contact stiffness 1 between walls, moved by a LIGGGHTS instance of this rank
-/// alone: the tool to make dense packings. The radii grow by a common scale. Lengths inside are in mean diameters, so any unit
-/// will do.
+/// Generates dense packings: a LIGGGHTS instance of this rank alone moves soft frictionless particles of mass 1 and contact
+/// stiffness 1 between walls, while their radii grow by a common scale. Lengths inside are in mean diameters.
 class Compaction
 {
 public:
@@ -21,18 +20,19 @@ public:
              double mean_radius);
   ~Compaction();
 
-  /// Particles have scale() times the radii of the constructor.
+  /// The radii are scale() times those of the constructor.
   void set_scale(double scale);
   double scale() const;
 
-  /// Thermal motion while the scale grows from its value to @p final_scale and the temperature falls to zero: lets the
-  /// particles find denser arrangements than a quench does. @p speed is the initial rms speed a direction in mean radii a time
-  /// unit (the mass and the stiffness are 1).
+  /// Thermal motion while the scale grows to @p final_scale and the temperature falls to zero. The particles find denser
+  /// arrangements than in a quench. @p speed is the initial rms speed per direction in mean radii per time unit, with mass and
+  /// stiffness 1. @p progress is told the completed fraction.
   void anneal(double final_scale, double speed, int steps, std::mt19937_64 &random,
               const std::function<void(double)> &progress);
 
   /// Minimises the energy of the overlaps (FIRE, Bitzek et al. 2006) until the rms force on a particle is below @p tolerance
-  /// times the mean contact force, or no contact is left. @p progress is told the share of max_steps. @return steps used
+  /// times the mean contact force, or no contact remains. @p progress is told the fraction of max_steps. Throws
+  /// std::runtime_error when particles were pushed out of the container. @return number of steps
   int minimise(double tolerance, int max_steps, const std::function<void(double)> &progress = {});
 
   double mean_overlap() const;        ///< of the contacts between particles, in mean radii; 0 without any

@@ -65,7 +65,7 @@ const std::vector<Container::Wall> &Container::walls(const Eigen::Vector3d &x, d
   const double cos_of_corner = 0.9;
   for (const ClosedSurface::Foot &foot : m_surface->feet(x, within))
   {
-    // Outside, only the nearest wall leads back.
+    // For a point outside, only the nearest wall is listed.
     bool is_new = m_walls.empty() || (m_walls.front().distance > 0. && foot.distance > 0.);
     for (const Wall &wall : m_walls)
       is_new = is_new && wall.inward.dot(foot.inward) < cos_of_corner;

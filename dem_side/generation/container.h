@@ -8,18 +8,18 @@
 
 namespace kerf::dem
 {
-/// What a packing fills: a box with flat sides or the inside of a closed surface.
+/// The space that a packing fills: a box with flat sides or the inside of a closed surface.
 class Container
 {
 public:
-  /// @param reach distances to the walls are known up to this [m]; more than a particle's largest radius
+  /// @param reach largest distance to the walls that can be computed [m], more than a particle's largest radius
   Container(const PackingSettings &settings, double reach);
 
   int dim() const { return m_dim; }
   bool is_box() const { return !m_surface; }
   const Eigen::Vector3d &lower() const { return m_lower; } ///< bounding box [m]
   const Eigen::Vector3d &upper() const { return m_upper; }
-  bool is_periodic(int axis) const { return m_periodic[axis]; } ///< no walls across this axis
+  bool is_periodic(int axis) const { return m_periodic[axis]; } ///< no walls normal to this axis
   double volume() const;                                        ///< [m^3] (2D: [m^2])
   double area() const;                                          ///< of the walls [m^2] (2D: [m])
   bool contains(const Eigen::Vector3d &x) const;
@@ -30,8 +30,8 @@ public:
     double distance;        ///< of the particle's centre [m], negative outside
     Eigen::Vector3d inward; ///< unit vector
   };
-  /// Walls closer to @p x than @p within [m] (at most the reach), the nearest first. Of neighbouring facets of a curved wall
-  /// only the nearest counts: two walls make a corner of more than 25 degrees.
+  /// Walls closer to @p x than @p within [m] (at most the reach), the nearest first. Of the neighbouring facets of a curved
+  /// wall only the nearest is listed: walls whose normals differ by less than 25 degrees count as one.
   const std::vector<Wall> &walls(const Eigen::Vector3d &x, double within) const;
 
 private:

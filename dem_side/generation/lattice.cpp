@@ -11,14 +11,14 @@ namespace kerf::dem
 {
 namespace
 {
-/// Rows of touching particles along the first axis, stacked along the second, layers of them along the third. Shifts are those
-/// of a row and of a layer against the one before, taken alternately forth and back [diameters].
+/// Rows of touching particles along the first axis are stacked along the second axis, and layers of rows along the third. The
+/// shifts of a row or a layer against the one before alternate in sign [diameters].
 struct Stacking
 {
   double spacing, row_height, layer_height;
   Eigen::Vector3d row_shift, layer_shift;
 
-  /// Lengths after which the lattice repeats itself [diameters].
+  /// Periods of the lattice [diameters].
   Eigen::Vector3d period() const { return {spacing, 2. * row_height, 2. * layer_height}; }
 };
 
@@ -27,22 +27,23 @@ Stacking stacking_of(const std::string &kind)
   const double h = std::sqrt(0.75);
   if (kind == "hcp")
     return {1., h, std::sqrt(2. / 3.), {0.5, 0., 0.}, {0.5, h / 3., 0.}};
-  // Cube axes of FCC: square layers at half a cube edge (sqrt(2) diameters), each in the hollows of the one before.
+  // FCC along its cube axes: square layers at distances of half a cube edge (edge: sqrt(2) diameters), each in the hollows of
+  // the one before.
   const double half_edge = std::sqrt(0.5);
   if (kind == "fcc")
     return {2. * half_edge, half_edge, half_edge, {half_edge, 0., 0.}, {half_edge, 0., 0.}};
   return {1., h, 1., {0.5, 0., 0.}, Eigen::Vector3d::Zero()};
 }
 
-constexpr double slack = 1e-9; ///< a box made for n particles must not lose one to round-off [diameters]
+constexpr double slack = 1e-9; ///< so that a box for n particles does not lose one to round-off [diameters]
 
-/// What the lattice fills of one axis. Coordinates in diameters.
+/// The part of one axis that the lattice fills. Coordinates in diameters.
 struct Extent
 {
   double from = 0., to = 0.; ///< coordinates of particles
-  bool half_open = false;    ///< to is left out
-  double scale = 1.;         ///< round-off of the box that is spread over the lattice
-  double place_of_zero = 0.; ///< in the box; not known before the particles are when they are to be centred
+  bool half_open = false;    ///< excludes to
+  double scale = 1.;         ///< stretches the lattice to the box, whose side differs by round-off
+  double place_of_zero = 0.; ///< in the box; of a centred lattice it follows from the particles
   bool centred = false;
 
   bool holds(double x) const { return x >= from - slack && (half_open ? x < to - slack : x <= to + slack); }
@@ -58,7 +59,7 @@ Extent extent_of(double side, double period, bool periodic, double plane_at)
   Extent extent;
   if (periodic)
   {
-    // Planes of particles are half a period apart: the seam is in the middle between two of them.
+    // Planes of particles are half a period apart. The boundary of the box is in the middle between two planes.
     extent.to = std::round(side / period) * period;
     extent.half_open = true;
     extent.scale = side / extent.to;
@@ -114,7 +115,7 @@ void place_lattice(Packing &packing, const Container &container)
       extent_of(side[axis[k]], period[k], packing.periodic[axis[k]] > 0.,
                 axis[k] == 0 ? (packing.lattice.plane_at - packing.lower[0]) / d : std::numeric_limits<double>::quiet_NaN());
 
-  std::vector<Eigen::Vector3d> centres; // in diameters from the first particle
+  std::vector<Eigen::Vector3d> centres; // from the first particle [diameters]
   const int n_layers = packing.dim == 2 ? 1 : extent[2].steps(0., stacking.layer_height);
   for (int layer = 0; layer < n_layers; ++layer)
   {
@@ -122,7 +123,7 @@ void place_lattice(Packing &packing, const Container &container)
     const int n_rows = extent[1].steps(start[1], stacking.row_height);
     for (int row = 0; row < n_rows; ++row)
     {
-      // Two half shifts are a whole spacing in FCC and HCP: the row begins at the left again.
+      // Two half shifts are a whole spacing in FCC and HCP. The row then begins at the left again.
       double x = start[0] + row % 2 * stacking.row_shift[0];
       x -= x > stacking.spacing * (1. - slack) ? stacking.spacing : 0.;
       for (int k = 0, n = extent[0].steps(x, stacking.spacing); k < n; ++k)
@@ -159,7 +160,7 @@ void place_lattice(Packing &packing, const Container &container)
       kept.push_back(centre);
   }
   if (kept.empty())
-    throw std::runtime_error("packing: no particle of the lattice fits into the surface");
+    throw std::invalid_argument("packing: no particle of the lattice fits into the surface");
   packing.positions.resize(3, kept.size());
   for (std::size_t i = 0; i < kept.size(); ++i)
     packing.positions.col(i) = kept[i];

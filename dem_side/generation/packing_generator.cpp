@@ -12,8 +12,8 @@ namespace kerf::dem
 {
 namespace
 {
-constexpr double largest_overlap = 1e-3; ///< between particles of the finished packing [mean radii]
-constexpr double wanted_accuracy = 5e-3; ///< of the mean diameter
+constexpr double largest_overlap = 1e-3;    ///< between particles of the finished packing [mean radii]
+constexpr double diameter_tolerance = 5e-3; ///< of the mean diameter
 
 void check_periodic(const PackingSettings &settings, std::ostringstream &error)
 {
@@ -63,10 +63,10 @@ void check(const PackingSettings &settings)
   if (error.str().empty())
     check_periodic(settings, error);
   if (!error.str().empty())
-    throw std::runtime_error(error.str());
+    throw std::invalid_argument(error.str());
 }
 
-/// The settings with the box around their surface, which must lie in the box that was asked for.
+/// The settings with the bounding box of their surface, which must lie in the box of the settings.
 PackingSettings with_surface_box(PackingSettings settings)
 {
   if (!settings.surface || settings.surface->points.cols() == 0)
@@ -81,7 +81,7 @@ PackingSettings with_surface_box(PackingSettings settings)
       std::ostringstream error;
       error << "packing: the surface reaches from " << low[c] << " to " << high[c] << " m along "
             << "xyz"[c] << ", it must be inside of the box from " << settings.lower[c] << " to " << settings.upper[c];
-      throw std::runtime_error(error.str());
+      throw std::invalid_argument(error.str());
     }
     settings.lower[c] = low[c];
     settings.upper[c] = high[c];
@@ -91,21 +91,21 @@ PackingSettings with_surface_box(PackingSettings settings)
 
 double mean(const Eigen::VectorXd &values)
 {
-  double sum = 0.; // in index order: Eigen's order depends on the machine
+  double sum = 0.; // in index order, because Eigen's order depends on the machine
   for (Eigen::Index i = 0; i < values.size(); ++i)
     sum += values[i];
   return sum / double(values.size());
 }
 
-/// Solid fraction that a jammed packing will have: less along the walls.
+/// Expected solid fraction of a jammed packing, which is lower along the walls.
 double expected_fraction(const PackingSettings &settings, const Container &container)
 {
   const double in_bulk = settings.dim == 2 ? 0.85 : 0.645, lost_layer = settings.dim == 2 ? 0.10 : 0.12; // [diameters]
   return in_bulk * std::max(0.6, 1. - lost_layer * settings.mean_diameter * container.area() / container.volume());
 }
 
-/// Radii uniform in mean (1 -+ spread) that fill the fraction of the container: the quantiles in random order, so that their
-/// mean and spread do not scatter.
+/// Radii of a uniform distribution in mean (1 -+ spread), with the volume @p space in total. They are its quantiles in random
+/// order, so that mean and spread do not depend on the seed.
 std::vector<double> draw_radii(const PackingSettings &settings, double space, std::mt19937_64 &random)
 {
   const double r = settings.mean_diameter / 2., s = settings.radius_spread;
@@ -115,19 +115,19 @@ std::vector<double> draw_radii(const PackingSettings &settings, double space, st
   std::vector<double> radii(n);
   for (int i = 0; i < n; ++i)
     radii[i] = r * (1. + s * ((2. * i + 1.) / n - 1.));
-  for (int i = n - 1; i > 0; --i) // std::shuffle is not the same everywhere
+  for (int i = n - 1; i > 0; --i) // not by std::shuffle, which differs between libraries
     std::swap(radii[i], radii[static_cast<int>(uniform(random) * (i + 1))]);
   return radii;
 }
 
-/// Uniformly random points inside; those close in space get close indices, which the loops over bonds like.
+/// Random points, uniformly distributed inside. Points close in space get close indices, which makes loops over bonds faster.
 Eigen::Matrix3Xd draw_positions(const Container &container, int n, double mean_radius, std::mt19937_64 &random)
 {
   Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Zero(3, n);
   for (int i = 0, tries = 0; i < n; ++tries)
   {
     if (tries > 1000 * n + 10000)
-      throw std::runtime_error("packing: the surface leaves too little room for its particles, use smaller ones");
+      throw std::invalid_argument("packing: the surface leaves too little room for its particles, use smaller ones");
     Eigen::Vector3d x = Eigen::Vector3d::Zero();
     for (int c = 0; c < container.dim(); ++c)
       x[c] = container.lower()[c] + (container.upper()[c] - container.lower()[c]) * uniform(random);
@@ -141,13 +141,13 @@ Eigen::Matrix3Xd draw_positions(const Container &container, int n, double mean_r
   return sorted;
 }
 
-/// Changes the scale until the mean overlap in mechanical equilibrium is small but not zero: just above jamming.
+/// Changes the scale until the mean overlap in mechanical equilibrium is small but not zero, just above jamming.
 void approach_jamming(Compaction &compaction, int steps_a_round, const std::function<void(double)> &progress)
 {
   const double target = 4e-4, touching = 0.05 * target;
-  double slope = 1.4; // d (mean overlap / mean radius) / d scale; the secant below learns it
+  double slope = 1.4; // d (mean overlap / mean radius) / d scale, updated by the secant below
   double previous_scale = 0., previous_overlap = 0.;
-  double loose = 0., dense = 1e300; // scales on the two sides of the wanted one
+  double loose = 0., dense = 1e300; // scales below and above jamming
   const int max_rounds = 12;
   for (int round = 0; round < max_rounds; ++round)
   {
@@ -161,7 +161,7 @@ void approach_jamming(Compaction &compaction, int steps_a_round, const std::func
       slope = std::clamp((overlap - previous_overlap) / (scale - previous_scale), 0.7, 3.);
     previous_scale = scale;
     previous_overlap = overlap;
-    // Without contacts there is nothing to extrapolate: a growing step, or the middle when a dense scale is known.
+    // Without contacts there is no slope: take a step upwards, or the middle when a dense scale is known.
     double next = overlap > touching ? scale - (overlap - target) / slope : scale * (1. + 2e-3);
     if (loose > 0. && dense < 1e300 && !(next > loose && next < dense))
       next = (loose + dense) / 2.;
@@ -169,7 +169,7 @@ void approach_jamming(Compaction &compaction, int steps_a_round, const std::func
   }
 }
 
-/// Stretches the positions so that on each side the outermost particle touches the box; periodic axes have no sides.
+/// Stretches the positions so that the outermost particle at each side touches the box, except along periodic axes.
 void touch_sides(Packing &packing)
 {
   for (int c = 0; c < packing.dim; ++c)
@@ -214,9 +214,9 @@ void compact(Packing &packing, const PackingSettings &settings, const Container 
   report(0.02, "spreading the particles");
   compaction.set_scale(0.88);
   compaction.minimise(0.1, 300);
-  // Discs find denser arrangements in thermal motion; spheres are as dense after a quick compression.
-  const int shaking_steps = settings.dim == 2 ? 5500 : 600;
-  compaction.anneal(1.015, 0.06, shaking_steps, random,
+  // Discs find denser arrangements in long thermal motion; spheres are as dense after a quick compression.
+  const int annealing_steps = settings.dim == 2 ? 5500 : 600;
+  compaction.anneal(1.015, 0.06, annealing_steps, random,
                     [&](double done) { report(0.05 + 0.6 * done, "shaking the particles together"); });
   approach_jamming(compaction, 2000, [&](double done) { report(0.65 + 0.3 * done, "approaching jamming"); });
   packing.positions = compaction.positions();
@@ -228,7 +228,7 @@ void compact(Packing &packing, const PackingSettings &settings, const Container 
 
 void generate_random(Packing &packing, const PackingSettings &settings, const Container &container, const Progress &progress)
 {
-  // The fraction at jamming decides the diameter; when the guess was not good enough, the next one knows it.
+  // The solid fraction at jamming decides the diameter. When the estimate was not good enough, the next attempt corrects it.
   double fraction = expected_fraction(settings, container);
   const int attempts = 3;
   for (int attempt = 0; attempt < attempts; ++attempt)
@@ -236,11 +236,11 @@ void generate_random(Packing &packing, const PackingSettings &settings, const Co
     const auto share = [&](double done, const std::string &text)
     {
       if (progress)
-        progress(attempt == 0 ? 0.9 * done : 0.9 + 0.05 * (attempt - 1 + done), text); // mostly there is only one
+        progress(attempt == 0 ? 0.9 * done : 0.9 + 0.05 * (attempt - 1 + done), text); // mostly there is only one attempt
     };
     compact(packing, settings, container, fraction, share);
     const double factor = mean(packing.radii) / (settings.mean_diameter / 2.);
-    if (std::abs(factor - 1.) <= wanted_accuracy)
+    if (std::abs(factor - 1.) <= diameter_tolerance)
       break;
     fraction *= std::pow(factor, packing.dim);
   }
@@ -252,29 +252,29 @@ void generate_random(Packing &packing, const PackingSettings &settings, const Co
   }
   hold_rattlers(packing, container, settings.mean_diameter / 2. * (1. + settings.radius_spread));
   const int n = packing.size();
-  for (bool is_done = false; !is_done;) // the particle that touched a side may be among the loose ones
+  for (bool is_done = false; !is_done;) // the particle that touched a side may be among the removed ones
   {
     if (container.is_box())
       touch_sides(packing);
     bond_by_gap(packing, settings.gap_tolerance);
-    is_done = remove_loose_particles(packing) == 0. || packing.size() == 0;
+    is_done = remove_unconnected_particles(packing) == 0. || packing.size() == 0;
   }
   const double removed = double(n - packing.size()) / n;
-  if (removed > 0.01 + 4. / n) // 1 % and the corners, which matter in small packings
+  if (removed > 0.01 + 4. / n) // 1 %, and some particles at the corners of small packings
   {
     std::ostringstream error;
     error << "packing: " << 100. * removed << " % of the particles have fewer than two bonds at gap tolerance "
           << settings.gap_tolerance << "; use a larger one";
-    throw std::runtime_error(error.str());
+    throw std::invalid_argument(error.str());
   }
   packing.mean_diameter = 2. * mean(packing.radii);
 }
 
-Packing generate_packing(const PackingSettings &wanted, const Progress &progress)
+Packing generate_packing(const PackingSettings &requested, const Progress &progress)
 {
-  const PackingSettings settings = with_surface_box(wanted);
+  const PackingSettings settings = with_surface_box(requested);
   check(settings);
-  // Walls are felt by the largest particle, which may get a little larger before the packing is jammed.
+  // The reach covers the largest particle, which may get a little larger before the packing is jammed.
   const Container container(settings, 0.6 * settings.mean_diameter * (1. + settings.radius_spread));
   Packing packing;
   packing.dim = settings.dim;
@@ -294,13 +294,13 @@ Packing generate_packing(const PackingSettings &wanted, const Progress &progress
     packing.mean_diameter = settings.mean_diameter;
     packing.lattice = settings.lattice;
     place_lattice(packing, container);
-    // Nearest neighbours have gap 0 (+- round-off), second neighbours 0.83 r at least.
+    // Nearest neighbours have gap 0 (+- round-off), second neighbours at least 0.83 r.
     bond_by_gap(packing, std::clamp(settings.gap_tolerance, 1e-6, 0.5));
     if (!container.is_box())
-      remove_loose_particles(packing);
+      remove_unconnected_particles(packing);
   }
   if (packing.size() == 0)
-    throw std::runtime_error("packing: no particles are left, use smaller ones");
+    throw std::invalid_argument("packing: no particles are left, use smaller ones");
   packing.quality = measure_quality(packing);
   if (progress)
   {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/geometry/closed_surface.h"
 
+#include "dem_side/geometry/closest_point.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -14,47 +16,9 @@ namespace
 {
 using Eigen::Vector3d;
 
-constexpr double pi = 3.14159265358979323846;
-
 [[noreturn]] void fail(const std::string &what)
 {
-  throw std::runtime_error("closed surface: " + what);
-}
-
-/// Features of a facet: 0 its inside, 1 to 3 the edge from corner k to k + 1, 4 to 6 corner k.
-Vector3d closest_on_segment(const Vector3d &a, const Vector3d &b, const Vector3d &x, int corner_a, int corner_b, int inside,
-                            int &feature)
-{
-  const Vector3d along = b - a;
-  const double s = along.dot(x - a) / along.squaredNorm();
-  feature = s <= 0. ? corner_a : s >= 1. ? corner_b : inside;
-  return a + std::clamp(s, 0., 1.) * along;
-}
-
-Vector3d closest_on_triangle(const std::array<Vector3d, 3> &p, const Vector3d &normal, const Vector3d &x, int &feature)
-{
-  bool is_inside = normal.squaredNorm() > 0.5; // a needle without area has edges only
-  for (int k = 0; k < 3 && is_inside; ++k)
-    is_inside = normal.cross(p[(k + 1) % 3] - p[k]).dot(x - p[k]) >= 0.;
-  if (is_inside)
-  {
-    feature = 0;
-    return x - normal * normal.dot(x - p[0]);
-  }
-  Vector3d best;
-  double best_square = 1e300;
-  for (int k = 0; k < 3; ++k)
-  {
-    int found = 0;
-    const Vector3d on_edge = closest_on_segment(p[k], p[(k + 1) % 3], x, 4 + k, 4 + (k + 1) % 3, 1 + k, found);
-    if (const double square = (x - on_edge).squaredNorm(); square < best_square)
-    {
-      best_square = square;
-      best = on_edge;
-      feature = found;
-    }
-  }
-  return best;
+  throw std::invalid_argument("closed surface: " + what);
 }
 } // namespace
 
@@ -69,7 +33,7 @@ ClosedSurface::ClosedSurface(int dim, const SurfaceMesh &mesh, double reach) : m
   merge_points(mesh);
   find_neighbours();
   sort_into_cells();
-  turn_outwards();
+  orient_outwards();
   compute_normals();
 }
 
@@ -79,7 +43,7 @@ void ClosedSurface::merge_points(const SurfaceMesh &mesh)
     fail("has a point that is not a number");
   m_lower = mesh.points.rowwise().minCoeff();
   m_upper = mesh.points.rowwise().maxCoeff();
-  // Files hold single precision numbers, so corners that are meant to be equal may differ by round-off of those.
+  // Files hold numbers of single precision, so corners that should be equal may differ by their round-off.
   const double size = (m_upper - m_lower).maxCoeff(), tolerance = 1e-6 * size;
   if (!(size > 0.))
     fail("has no extent");
@@ -166,7 +130,7 @@ void ClosedSurface::find_neighbours()
   fail(text.str());
 }
 
-void ClosedSurface::turn_outwards()
+void ClosedSurface::orient_outwards()
 {
   // Alike within each connected part, then against the inside: on the inner side of a facet the ray test says inside.
   std::vector<char> done(n_facets(), 0);
@@ -187,7 +151,7 @@ void ClosedSurface::turn_outwards()
           continue;
         done[other] = 1;
         part.push_back(other);
-        bool same_way = false; // neighbours that are turned alike run along their common edge in opposite directions
+        bool same_way = false; // neighbours with the same orientation pass their common edge in opposite directions
         if (m_dim == 2)
           same_way = next[k] == facet[k];
         else
@@ -203,14 +167,13 @@ void ClosedSurface::turn_outwards()
             std::swap(sides[1], sides[2]); // edges 01, 12, 20 become 10, 02, 21
         }
       }
-    // The largest facet of the part, for the safest step inwards.
+    // A step outwards from the largest facet of the part is the safest test.
     double largest = -1.;
     Vector3d middle = Vector3d::Zero(), normal = Vector3d::Zero();
     for (const int f : part)
     {
       const Facet &facet = m_facets[f];
-      const Vector3d a = m_points[facet[0]], b = m_points[facet[1]];
-      Vector3d outward = m_dim == 2 ? Vector3d(b[1] - a[1], a[0] - b[0], 0.) : Vector3d((b - a).cross(m_points[facet[2]] - a));
+      const Vector3d a = m_points[facet[0]], b = m_points[facet[1]], outward = area_vector(f);
       if (outward.norm() > largest)
       {
         largest = outward.norm();
@@ -229,6 +192,15 @@ void ClosedSurface::turn_outwards()
   }
 }
 
+/// Normal of a facet with its area [m^2] (2D: length [m]) as length.
+Vector3d ClosedSurface::area_vector(int facet) const
+{
+  const Vector3d &a = m_points[m_facets[facet][0]], &b = m_points[m_facets[facet][1]];
+  if (m_dim == 2)
+    return {b[1] - a[1], a[0] - b[0], 0.};
+  return 0.5 * (b - a).cross(m_points[m_facets[facet][2]] - a);
+}
+
 void ClosedSurface::compute_normals()
 {
   m_normals.resize(n_facets());
@@ -236,13 +208,11 @@ void ClosedSurface::compute_normals()
   for (int f = 0; f < n_facets(); ++f)
   {
     const Facet &facet = m_facets[f];
-    const Vector3d a = m_points[facet[0]], b = m_points[facet[1]];
-    const Vector3d outward =
-      m_dim == 2 ? Vector3d(b[1] - a[1], a[0] - b[0], 0.) : Vector3d(0.5 * (b - a).cross(m_points[facet[2]] - a));
+    const Vector3d outward = area_vector(f);
     const double size = outward.norm();
     m_area += size;
-    m_volume += (a - m_lower).dot(outward) / m_dim;
-    // A needle without area gets no say; its neighbours know the direction.
+    m_volume += (m_points[facet[0]] - m_lower).dot(outward) / m_dim;
+    // A needle without area has no direction; the edges and corners take that of its neighbours.
     m_normals[f] = size > 0. ? Vector3d(outward / size) : Vector3d(Vector3d::Zero());
     for (int k = 0; k < m_dim; ++k)
     {
@@ -256,7 +226,7 @@ void ClosedSurface::compute_normals()
       at_point[facet[k]] += angle * m_normals[f];
     }
   }
-  // Angle-weighted normals decide the side at edges and corners (Baerentzen & Aanaes 2005).
+  // At edges and corners, angle-weighted normals decide the side (Baerentzen & Aanaes 2005).
   m_pseudo_normals.resize(n_facets());
   for (int f = 0; f < n_facets(); ++f)
   {
@@ -272,26 +242,18 @@ void ClosedSurface::compute_normals()
     fail("encloses no volume");
 }
 
-std::array<int, 3> ClosedSurface::cell_at(const Vector3d &x) const
-{
-  std::array<int, 3> cell;
-  for (int c = 0; c < 3; ++c)
-    cell[c] = std::clamp(static_cast<int>(std::floor((x[c] - m_grid_lower[c]) / m_cell_size)), 0, m_cells[c] - 1);
-  return cell;
-}
-
 void ClosedSurface::sort_into_cells()
 {
-  // About as large as the reach, but never so many cells that they cost memory.
+  // Cells about as large as the reach, but larger when there would be too many for the memory.
   const Vector3d extent = m_upper - m_lower;
-  m_cell_size = std::max(m_reach, extent.maxCoeff() / (m_dim == 2 ? 1000. : 150.));
-  m_grid_lower = m_lower - Vector3d::Constant(m_cell_size);
+  m_grid.cell_size = std::max(m_reach, extent.maxCoeff() / (m_dim == 2 ? 1000. : 150.));
+  m_grid.lower = m_lower - Vector3d::Constant(m_grid.cell_size);
   for (int c = 0; c < m_dim; ++c)
-    m_cells[c] = static_cast<int>(extent[c] / m_cell_size) + 3;
-  const int n = m_cells[0] * m_cells[1] * m_cells[2];
+    m_grid.n_cells[c] = static_cast<int>(extent[c] / m_grid.cell_size) + 3;
+  const int n = m_grid.size();
   std::vector<std::vector<int>> near(n);
-  m_columns.resize(std::size_t(m_cells[1]) * m_cells[2]);
-  const double half_diagonal = 0.5 * std::sqrt(double(m_dim)) * m_cell_size;
+  m_columns.resize(std::size_t(m_grid.n_cells[1]) * m_grid.n_cells[2]);
+  const double half_diagonal = 0.5 * std::sqrt(double(m_dim)) * m_grid.cell_size;
   for (int f = 0; f < n_facets(); ++f)
   {
     Vector3d low = m_points[m_facets[f][0]], high = low;
@@ -305,13 +267,13 @@ void ClosedSurface::sort_into_cells()
     for (int k = 0; k < m_dim; ++k)
       radius = std::max(radius, (m_points[m_facets[f][k]] - middle).norm());
     m_balls.emplace_back(middle[0], middle[1], middle[2], radius);
-    const double slack = 1e-3 * m_cell_size;
-    const auto column_low = cell_at(low.array() - slack), column_high = cell_at(high.array() + slack);
+    const double slack = 1e-3 * m_grid.cell_size;
+    const auto column_low = m_grid.cell_at(low.array() - slack), column_high = m_grid.cell_at(high.array() + slack);
     for (int z = column_low[2]; z <= column_high[2]; ++z)
       for (int y = column_low[1]; y <= column_high[1]; ++y)
-        m_columns[std::size_t(z) * m_cells[1] + y].push_back(f);
+        m_columns[std::size_t(z) * m_grid.n_cells[1] + y].push_back(f);
 
-    const auto first = cell_at(low.array() - m_reach), last = cell_at(high.array() + m_reach);
+    const auto first = m_grid.cell_at(low.array() - m_reach), last = m_grid.cell_at(high.array() + m_reach);
     std::array<Vector3d, 3> corners;
     for (int k = 0; k < 3; ++k)
       corners[k] = m_points[m_facets[f][std::min(k, m_dim - 1)]];
@@ -320,14 +282,14 @@ void ClosedSurface::sort_into_cells()
       for (int y = first[1]; y <= last[1]; ++y)
         for (int x = first[0]; x <= last[0]; ++x)
         {
-          Vector3d centre = m_grid_lower + m_cell_size * Vector3d(x + 0.5, y + 0.5, z + 0.5);
+          Vector3d centre = m_grid.lower + m_grid.cell_size * Vector3d(x + 0.5, y + 0.5, z + 0.5);
           int feature = 0;
           if (m_dim == 2)
             centre[2] = corners[0][2];
           const Vector3d closest = m_dim == 2 ? closest_on_segment(corners[0], corners[1], centre, 4, 5, 0, feature)
                                               : closest_on_triangle(corners, normal, centre, feature);
           if ((closest - centre).norm() <= m_reach + half_diagonal)
-            near[index({x, y, z})].push_back(f);
+            near[m_grid.index(x, y, z)].push_back(f);
         }
   }
   m_first_near.assign(n + 1, 0);
@@ -350,10 +312,10 @@ Vector3d ClosedSurface::closest_point(const Facet &facet, const Vector3d &x, int
 const std::vector<ClosedSurface::Foot> &ClosedSurface::feet(const Vector3d &x, double within) const
 {
   m_feet.clear();
-  for (int c = 0; c < m_dim; ++c) // beyond the grid only the sign could matter, and nothing goes there
-    if (x[c] < m_grid_lower[c] || x[c] > m_grid_lower[c] + m_cells[c] * m_cell_size)
+  for (int c = 0; c < m_dim; ++c) // points beyond the grid are further away than the reach
+    if (x[c] < m_grid.lower[c] || x[c] > m_grid.lower[c] + m_grid.n_cells[c] * m_grid.cell_size)
       return m_feet;
-  const int cell = index(cell_at(x));
+  const int cell = m_grid.index(m_grid.cell_at(x));
   for (int k = m_first_near[cell]; k < m_first_near[cell + 1]; ++k)
   {
     const int f = m_near[k];
@@ -372,7 +334,7 @@ const std::vector<ClosedSurface::Foot> &ClosedSurface::feet(const Vector3d &x, d
   }
   std::sort(m_feet.begin(), m_feet.end(),
             [](const Foot &a, const Foot &b) { return std::abs(a.distance) < std::abs(b.distance); });
-  // Facets that meet in an edge or corner give the same foot.
+  // Facets with a common edge or corner give the same foot.
   std::size_t kept = 0;
   for (std::size_t k = 0; k < m_feet.size(); ++k)
   {
@@ -389,15 +351,15 @@ const std::vector<ClosedSurface::Foot> &ClosedSurface::feet(const Vector3d &x, d
 
 bool ClosedSurface::contains(const Vector3d &point) const
 {
-  // Moved a little, so that a ray along a grid line of the mesh does not run through its edges.
+  // The small offset keeps a ray along a grid line of the mesh from running through its edges.
   const double nudge = 1e-7 * (m_upper - m_lower).maxCoeff();
   Vector3d x = point + nudge * Vector3d(0., 0.7312, m_dim == 3 ? 0.4177 : 0.);
   for (int c = 0; c < m_dim; ++c)
     if (x[c] < m_lower[c] || x[c] > m_upper[c])
       return false;
-  const auto cell = cell_at(x);
+  const auto cell = m_grid.cell_at(x);
   bool is_inside = false;
-  for (const int f : m_columns[std::size_t(cell[2]) * m_cells[1] + cell[1]])
+  for (const int f : m_columns[std::size_t(cell[2]) * m_grid.n_cells[1] + cell[1]])
   {
     const Facet &facet = m_facets[f];
     const Vector3d &a = m_points[facet[0]], &b = m_points[facet[1]];
@@ -407,7 +369,7 @@ bool ClosedSurface::contains(const Vector3d &point) const
         is_inside = !is_inside;
       continue;
     }
-    // Inside the shadow of the triangle along x, and the triangle ahead.
+    // The projection of the triangle along x contains the point, and the triangle is ahead.
     const Vector3d &c = m_points[facet[2]];
     const auto turn = [&x](const Vector3d &p, const Vector3d &q)
     { return (p[1] - x[1]) * (q[2] - x[2]) - (p[2] - x[2]) * (q[1] - x[1]); };

@@ -26,13 +26,13 @@ SurfaceMesh from_corners(const std::vector<double> &values)
 
 SurfaceMesh read_stl(const std::string &path)
 {
-  const auto fail = [&path](const std::string &what) { throw std::runtime_error(path + ": " + what); };
+  const auto fail = [&path](const std::string &what) { throw std::invalid_argument(path + ": " + what); };
   std::ifstream file(path, std::ios::binary);
   if (!file)
     fail("cannot be read");
   const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
 
-  // Binary files may begin with "solid", too, but only they have the length that their count of facets asks for.
+  // A binary file may begin with "solid", too. It is recognised by its length, which follows from its number of facets.
   std::uint32_t count = 0;
   if (bytes.size() >= header_size + 4)
     std::memcpy(&count, bytes.data() + header_size, 4);
@@ -41,7 +41,7 @@ SurfaceMesh read_stl(const std::string &path)
   {
     for (std::size_t f = 0; f < count; ++f)
     {
-      float numbers[9]; // three corners behind the normal
+      float numbers[9]; // the three corners, which follow the normal
       std::memcpy(numbers, bytes.data() + header_size + 4 + facet_size * f + 12, sizeof numbers);
       values.insert(values.end(), numbers, numbers + 9);
     }

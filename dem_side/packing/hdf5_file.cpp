@@ -13,16 +13,16 @@ namespace
 {
 static_assert(sizeof(hid_t) == sizeof(std::int64_t), "HDF5 1.10 or newer is needed");
 
-/// HDF5 prints its own error stack; ours is one line.
-class Unloaded
+/// Keeps HDF5 from printing its error stack, because the errors here have one line.
+class QuietErrors
 {
 public:
-  Unloaded()
+  QuietErrors()
   {
     H5Eget_auto2(H5E_DEFAULT, &m_function, &m_data);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
-  ~Unloaded() { H5Eset_auto2(H5E_DEFAULT, m_function, m_data); }
+  ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, m_function, m_data); }
 
 private:
   H5E_auto2_t m_function = nullptr;
@@ -38,7 +38,7 @@ public:
   {
     if (m_id < 0)
       return;
-    const Unloaded quiet;
+    const QuietErrors quiet;
     switch (H5Iget_type(m_id))
     {
     case H5I_DATASET:
@@ -78,7 +78,7 @@ hid_t text_type(bool variable, std::size_t size)
 
 Hdf5Writer::Hdf5Writer(const std::string &path) : m_path(path), m_temporary(path + ".tmp")
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   m_file = H5Fcreate(m_temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   if (m_file < 0)
     throw std::runtime_error(m_path + ": cannot be created");
@@ -88,7 +88,7 @@ Hdf5Writer::~Hdf5Writer()
 {
   if (m_file < 0)
     return;
-  const Unloaded quiet;
+  const QuietErrors quiet;
   H5Fclose(m_file);
   std::remove(m_temporary.c_str());
 }
@@ -97,7 +97,7 @@ void Hdf5Writer::close()
 {
   if (m_file < 0)
     return;
-  const Unloaded quiet;
+  const QuietErrors quiet;
   const bool flushed = H5Fflush(m_file, H5F_SCOPE_LOCAL) >= 0;
   const bool closed = H5Fclose(m_file) >= 0;
   m_file = -1;
@@ -117,27 +117,27 @@ void Hdf5Writer::put_attribute(const std::string &name, std::int64_t type, std::
 
 void Hdf5Writer::attribute(const std::string &name, double value)
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   put_attribute(name, H5T_NATIVE_DOUBLE, Handle(H5Screate(H5S_SCALAR)), &value);
 }
 
 void Hdf5Writer::attribute(const std::string &name, std::int64_t value)
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   put_attribute(name, H5T_NATIVE_INT64, Handle(H5Screate(H5S_SCALAR)), &value);
 }
 
 void Hdf5Writer::attribute(const std::string &name, const std::string &value)
 {
-  const Unloaded quiet;
-  const Handle type(text_type(true, 0)); // of variable length, which scripts get as text and not as bytes
+  const QuietErrors quiet;
+  const Handle type(text_type(true, 0)); // of variable length, which Python reads as text and not as bytes
   const char *start = value.c_str();
   put_attribute(name, type, Handle(H5Screate(H5S_SCALAR)), &start);
 }
 
 void Hdf5Writer::attribute(const std::string &name, const std::vector<double> &values)
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   const hsize_t size = values.size();
   put_attribute(name, H5T_NATIVE_DOUBLE, Handle(H5Screate_simple(1, &size, nullptr)), values.data());
 }
@@ -145,7 +145,7 @@ void Hdf5Writer::attribute(const std::string &name, const std::vector<double> &v
 void Hdf5Writer::put_table(const std::string &name, std::int64_t type, const void *values, std::size_t rows,
                            std::size_t columns)
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   const hsize_t size[2] = {rows, columns};
   const Handle space(H5Screate_simple(columns == 1 ? 1 : 2, size, nullptr));
   const Handle creation(H5Pcreate(H5P_LINK_CREATE));
@@ -169,7 +169,7 @@ void Hdf5Writer::table(const std::string &name, const int *values, std::size_t r
 
 Hdf5Reader::Hdf5Reader(const std::string &path) : m_path(path)
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored))
     fail("does not exist");
@@ -188,18 +188,18 @@ Hdf5Reader::~Hdf5Reader()
 
 void Hdf5Reader::fail(const std::string &what) const
 {
-  throw std::runtime_error(m_path + ": " + what);
+  throw std::invalid_argument(m_path + ": " + what);
 }
 
 bool Hdf5Reader::has_attribute(const std::string &name) const
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   return H5Aexists(m_file, name.c_str()) > 0;
 }
 
 std::vector<double> Hdf5Reader::numbers(const std::string &name) const
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   const Handle attribute(H5Aopen(m_file, name.c_str(), H5P_DEFAULT));
   if (!attribute.valid())
     fail("attribute '" + name + "' is missing");
@@ -229,7 +229,7 @@ std::int64_t Hdf5Reader::integer(const std::string &name) const
 
 std::string Hdf5Reader::text(const std::string &name) const
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   const Handle attribute(H5Aopen(m_file, name.c_str(), H5P_DEFAULT));
   if (!attribute.valid())
     fail("attribute '" + name + "' is missing");
@@ -254,14 +254,14 @@ std::string Hdf5Reader::text(const std::string &name) const
 
 bool Hdf5Reader::has_table(const std::string &name) const
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   return Handle(H5Dopen2(m_file, name.c_str(), H5P_DEFAULT)).valid();
 }
 
 template <class Number>
 std::vector<Number> Hdf5Reader::get_table(const std::string &name, std::int64_t type, std::size_t columns) const
 {
-  const Unloaded quiet;
+  const QuietErrors quiet;
   const Handle table(H5Dopen2(m_file, name.c_str(), H5P_DEFAULT));
   if (!table.valid())
     fail("data set '" + name + "' is missing");

@@ -7,14 +7,14 @@
 
 namespace kerf
 {
-/// Writes one HDF5 file: numbers and texts as attributes, tables as data sets (row by row). The file gets its name only in
-/// close(); until then, and when something fails, a file of that name from before is left as it was. Names may contain groups
-/// ("history/force"). Every error is a std::runtime_error "FILE: what is wrong".
+/// Writes one HDF5 file: numbers and texts as attributes, tables as data sets (row by row). The data go to a temporary file,
+/// which close() renames. An older file of that name therefore stays intact until then, also when writing fails. Names may
+/// contain groups ("history/force"). Every error is a std::runtime_error that begins with "FILE: ".
 class Hdf5Writer
 {
 public:
   explicit Hdf5Writer(const std::string &path);
-  ~Hdf5Writer(); ///< without close(): drops what was written
+  ~Hdf5Writer(); ///< without close(): discards the data
   Hdf5Writer(const Hdf5Writer &) = delete;
   Hdf5Writer &operator=(const Hdf5Writer &) = delete;
 
@@ -35,10 +35,10 @@ private:
   void put_table(const std::string &name, std::int64_t type, const void *values, std::size_t rows, std::size_t columns);
 
   std::string m_path, m_temporary;
-  std::int64_t m_file = -1; // hid_t; the header does without hdf5.h
+  std::int64_t m_file = -1; // hid_t; this header does not need hdf5.h
 };
 
-/// Reads one HDF5 file; errors as for Hdf5Writer, so a wrong or damaged file is told by name and place.
+/// Reads one HDF5 file. Every error is a std::invalid_argument that begins with "FILE: " and names the attribute or data set.
 class Hdf5Reader
 {
 public:
@@ -54,11 +54,11 @@ public:
   std::vector<double> numbers(const std::string &name) const;
 
   bool has_table(const std::string &name) const;
-  /// All numbers row by row. Throws if the data set has not this many @p columns; rows = size / columns.
+  /// All numbers row by row. Throws if the data set does not have @p columns columns; rows = size / columns.
   std::vector<double> table(const std::string &name, std::size_t columns = 1) const;
   std::vector<int> integer_table(const std::string &name, std::size_t columns = 1) const;
 
-  [[noreturn]] void fail(const std::string &what) const; ///< throws "FILE: what"
+  [[noreturn]] void fail(const std::string &what) const; ///< throws std::invalid_argument "FILE: " + what
 
 private:
   template <class Number>

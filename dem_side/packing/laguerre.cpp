@@ -12,7 +12,7 @@ namespace
 using Eigen::Vector3d;
 using Polygon = std::vector<Vector3d>;
 
-/// A convex body about the origin, its faces counter-clockwise seen from outside.
+/// A convex body around the origin. Seen from outside, the corners of its faces are in counter-clockwise order.
 class ConvexCell
 {
 public:
@@ -34,7 +34,7 @@ public:
       }
   }
 
-  /// Takes away what lies beyond offset along the unit vector.
+  /// Cuts off the part beyond the plane at @p offset from the origin with the unit normal @p normal.
   void cut(const Vector3d &normal, double offset)
   {
     bool is_hit = false;
@@ -103,7 +103,7 @@ private:
 };
 } // namespace
 
-Eigen::VectorXd laguerre_volumes(const Packing &packing, const std::vector<char> &target)
+Eigen::VectorXd laguerre_volumes(const Packing &packing, const std::vector<char> &selected)
 {
   Eigen::VectorXd volumes = Eigen::VectorXd::Zero(packing.size());
   if (packing.size() == 0)
@@ -114,20 +114,20 @@ Eigen::VectorXd laguerre_volumes(const Packing &packing, const std::vector<char>
     .for_each_pair(
       [&](int i, int j)
       {
-        if (!target[i] && !target[j])
+        if (!selected[i] && !selected[j])
           return;
         const double distance = packing.branch(i, j).norm();
         if (distance >= sight || distance == 0.)
           return;
-        if (target[i])
+        if (selected[i])
           neighbours[i].emplace_back(distance, j);
-        if (target[j])
+        if (selected[j])
           neighbours[j].emplace_back(distance, i);
       });
-  const double half_height = packing.dim == 2 ? 0.5 : 1.25; // lengths in units; in 2D a slice of height 1
+  const double half_height = packing.dim == 2 ? 0.5 : 1.25; // in units; in 2D a slice of height 1
   for (int i = 0; i < packing.size(); ++i)
   {
-    if (!target[i])
+    if (!selected[i])
       continue;
     std::sort(neighbours[i].begin(), neighbours[i].end());
     ConvexCell cell({1.25, 1.25, half_height});

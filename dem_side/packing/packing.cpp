@@ -43,7 +43,7 @@ Eigen::Vector3d Packing::wrapped(Eigen::Vector3d position) const
     if (periodic[c] > 0.)
     {
       position[c] -= periodic[c] * std::floor((position[c] - lower[c]) / periodic[c]);
-      // Just below the lower side the sum may round to the upper one, which belongs to the next box.
+      // For a point just below the lower side, round-off may give the upper side, which belongs to the next box.
       if (position[c] >= upper[c] || position[c] < lower[c])
         position[c] = lower[c];
     }
@@ -57,7 +57,7 @@ void bond_by_gap(Packing &packing, double gap_tolerance)
   const int n = packing.size();
   if (n == 0)
     return;
-  double sum = 0.; // not Eigen's mean(): its order of summation depends on the machine
+  double sum = 0.; // not by Eigen's mean(), whose order of summation depends on the machine
   for (int i = 0; i < n; ++i)
     sum += packing.radii[i];
   const double largest_gap = gap_tolerance * sum / n;

@@ -5,7 +5,7 @@
 
 namespace kerf::dem
 {
-/// Geometry of a packing as numbers a person can judge it by. The core is what lies more than three mean diameters inside
-/// of the sides (of a closed surface: of the largest cube inside).
+/// Measures the quality of a packing. Its core are the particles more than three mean diameters inside of its sides, or of the
+/// sides of the largest cube inside of a closed surface.
 PackingQuality measure_quality(const Packing &packing);
 } // namespace kerf::dem

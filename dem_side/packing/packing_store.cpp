@@ -12,7 +12,7 @@ namespace
 const std::string format_name = "kerf packing";
 constexpr std::int64_t format_version = 2;
 
-/// The calibration's values with their names in the file.
+/// Visits the values of the calibration with their names in the file.
 template <class Calibration, class Visitor>
 void visit_values(Calibration &calibration, Visitor &&visit)
 {
@@ -25,7 +25,7 @@ void visit_values(Calibration &calibration, Visitor &&visit)
   visit("anisotropy", calibration.anisotropy);
 }
 
-/// Likewise for StrengthCalibration.
+/// The same for StrengthCalibration.
 template <typename Strength, typename Visit>
 void visit_strengths(Strength &strength, const Visit &visit)
 {
@@ -46,7 +46,7 @@ void visit_strengths(Strength &strength, const Visit &visit)
   visit("strength_packings", strength.n_packings);
 }
 
-/// Likewise, of the numbers of the quality.
+/// The same for the numbers of PackingQuality.
 template <class Quality, class Visitor>
 void visit_quality(Quality &quality, Visitor &&visit)
 {
@@ -121,7 +121,7 @@ void save_packing(const Packing &packing, const std::string &path)
   visit_quality(packing.quality, write);
   file.attribute("fabric", three(packing.quality.fabric));
   visit_strengths(packing.strength, write);
-  // A column of the matrix is a particle, so its memory is the table row by row.
+  // A column of the matrix is a particle, so the matrix in memory is the table row by row.
   file.table("positions", packing.positions.data(), packing.positions.cols(), 3);
   file.table("radii", packing.radii.data(), packing.radii.size());
   std::vector<int> bonds;
@@ -154,7 +154,7 @@ Packing load_packing(const std::string &path)
   packing.lower = point(file, "lower");
   packing.upper = point(file, "upper");
   packing.volume_filled = file.number("volume_filled");
-  if (file.has_attribute("periodic")) // stores made before there were periodic ones
+  if (file.has_attribute("periodic")) // absent in stores of versions without periodic packings
   {
     packing.periodic = point(file, "periodic");
     packing.lattice.row_axis = static_cast<int>(file.integer("lattice_row_axis"));
@@ -167,7 +167,7 @@ Packing load_packing(const std::string &path)
   packing.calibration.axis_poisson = point(file, "axis_poisson");
   visit_quality(packing.quality, read);
   packing.quality.fabric = point(file, "fabric");
-  if (file.has_attribute("R_n")) // stores made before there was a strength calibration
+  if (file.has_attribute("R_n")) // absent in stores of versions without strength calibration
     visit_strengths(packing.strength, read);
 
   const std::vector<double> positions = file.table("positions", 3), radii = file.table("radii");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/packing/solid_region.h"
 
+#include "dem_side/geometry/grid.h"
+
 #include <algorithm>
 
 namespace kerf::dem
@@ -12,24 +14,19 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> filled_box(const Packing &packing)
       packing.volume_filled > (1. - 1e-6) * box_volume(packing.dim, packing.lower, packing.upper))
     return {packing.lower, packing.upper};
 
-  // Grid cells of about two diameters; those at the surface are partly empty.
+  // Grid cells of about two diameters. A cell counts as full above 0.65 of the mean; cells at the surface have less.
   const double longest = extent.maxCoeff(); // in two dimensions the third is 0
   const double size = longest / std::max(1., std::floor(longest / (2. * packing.mean_diameter)));
-  std::array<int, 3> n = {1, 1, 1};
+  Grid grid{packing.lower, size, {{1, 1, 1}}};
+  std::array<int, 3> &n = grid.n_cells;
   for (int c = 0; c < packing.dim; ++c)
     n[c] = std::max(1, static_cast<int>(extent[c] / size + 1e-9));
-  const auto index = [&n](int x, int y, int z) { return (z * n[1] + y) * n[0] + x; };
-  std::vector<double> solid(n[0] * n[1] * n[2], 0.);
+  std::vector<double> solid(grid.size(), 0.);
   for (int i = 0; i < packing.size(); ++i)
-  {
-    std::array<int, 3> cell = {0, 0, 0};
-    for (int c = 0; c < packing.dim; ++c)
-      cell[c] = std::clamp(static_cast<int>((packing.positions(c, i) - packing.lower[c]) / size), 0, n[c] - 1);
-    solid[index(cell[0], cell[1], cell[2])] += packing.volume(i);
-  }
+    solid[grid.index(grid.cell_at(Eigen::Vector3d(packing.positions.col(i))))] += packing.volume(i);
   const double full = 0.65 * packing.solid_fraction() * std::pow(size, packing.dim);
 
-  // Edge of the largest full cube whose last cell is this one: one more than the smallest of those before it.
+  // Edge of the largest full cube that ends at a cell: one more than the smallest edge at the cells before it.
   std::vector<int> edge(solid.size(), 0);
   int largest = 0;
   std::array<int, 3> last = {0, 0, 0};
@@ -37,15 +34,15 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> filled_box(const Packing &packing)
     for (int y = 0; y < n[1]; ++y)
       for (int x = 0; x < n[0]; ++x)
       {
-        if (solid[index(x, y, z)] < full)
+        if (solid[grid.index(x, y, z)] < full)
           continue;
         int smallest = 1 << 20;
         for (int k = 1; k < (packing.dim == 2 ? 4 : 8); ++k)
         {
           const int u = x - (k & 1), v = y - (k >> 1 & 1), w = z - (k >> 2 & 1);
-          smallest = std::min(smallest, u < 0 || v < 0 || w < 0 ? 0 : edge[index(u, v, w)]);
+          smallest = std::min(smallest, u < 0 || v < 0 || w < 0 ? 0 : edge[grid.index(u, v, w)]);
         }
-        edge[index(x, y, z)] = smallest + 1;
+        edge[grid.index(x, y, z)] = smallest + 1;
         if (smallest + 1 > largest)
         {
           largest = smallest + 1;

@@ -7,7 +7,7 @@
 
 namespace kerf::dem
 {
-/// Corners of a box that the packing fills: its own box, or the largest square (3D: cube) of grid cells inside a packing of any
-/// other shape. [m]
+/// Corners of a box that the packing fills [m]: its own box, or for a packing of another shape the largest square (3D: cube) of
+/// grid cells inside.
 std::pair<Eigen::Vector3d, Eigen::Vector3d> filled_box(const Packing &packing);
 } // namespace kerf::dem

@@ -8,7 +8,7 @@
 
 namespace kerf::dem
 {
-/// The bonds of the store sorted by particle, to look up the partners of one particle.
+/// The bonds of a packing by particle, to look up the partners of a particle.
 class StoredBonds
 {
 public:
@@ -43,7 +43,7 @@ public:
   bool bonded(int a, int b) const { return std::binary_search(partners_of(a).first, partners_of(a).last, b); }
 
 private:
-  std::vector<std::size_t> first_of; ///< place of a particle's first partner
+  std::vector<std::size_t> first_of; ///< index of a particle's first partner
   std::vector<int> partners;         ///< ascending for each particle
 };
 } // namespace kerf::dem

@@ -45,11 +45,11 @@ RockBondLine parse_rock_bond_line(int n_words, const char *const *words)
                                  {"friction", &line.bond.friction, 0., infinite, false},
                                  {"damping", &line.bond.damping, 0., infinite, false},
                                  {"local_damping", &line.local_damping, 0., 1., false}};
-  std::set<std::string> given;
+  std::set<std::string> named;
   for (int w = 0; w < n_words; w += 2)
   {
     const std::string name = words[w];
-    if (!given.insert(name).second)
+    if (!named.insert(name).second)
       fail(name + " is given twice");
     if (w + 1 == n_words)
       fail("'" + name + "' has no value, give pairs of key and value");
@@ -79,7 +79,7 @@ RockBondLine parse_rock_bond_line(int n_words, const char *const *words)
   if (!line.store.empty())
     needed.insert(needed.end(), {"R_n", "R_t"});
   for (const std::string &name : needed)
-    if (given.count(name) == 0)
+    if (named.count(name) == 0)
       fail(name + " is missing" + (name[0] == 'R' ? ", a store with bonds needs their strength" : ""));
   return line;
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "dem_side/dem_side.h"
+#include "dem_side/bond/bond_parameters.h"
 
 #include <string>
 
 namespace kerf::dem
 {
-/// What a LIGGGHTS script says about the rock bond behind `pair_style gran model kerf_rock_bond`.
+/// Parameters of the rock bond in a LIGGGHTS script: the words after `pair_style gran model kerf_rock_bond`.
 struct RockBondLine
 {
   BondParameters bond;
@@ -16,7 +16,7 @@ struct RockBondLine
 };
 
 /// Pairs of key and value: k_n, k_t [N/m], R_n, R_t [N], shear_friction, friction, damping, local_damping [-], store FILE. k_n
-/// and k_t must be given, with a store R_n and R_t, too. Throws std::invalid_argument with one line: what is wrong, what is
-/// allowed.
+/// and k_t are required, with a store also R_n and R_t. Throws std::invalid_argument with one line that names the error and the
+/// allowed values.
 RockBondLine parse_rock_bond_line(int n_words, const char *const *words);
 } // namespace kerf::dem

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/script/script_fixes.h"
 
-#include "dem_side/engine/rock_bond_style.h"
+#include "dem_side/engine/install_rock_bond.h"
+#include "dem_side/engine/liggghts_instance.h"
 
 #include <atom.h>
 #include <modify.h>
@@ -13,8 +14,8 @@ namespace kerf::dem
 {
 namespace
 {
-// LIGGGHTS' table of fix styles is filled when the library is built and private. The language exempts explicit instantiations
-// from access control, which is the one way to add a style without rebuilding the library.
+// LIGGGHTS' table of fix styles is filled when the library is built, and it is private. The language exempts explicit
+// instantiations from access control. This is the one way to add a style without rebuilding the library.
 using FixTable = std::map<std::string, LAMMPS_NS::Fix *(*)(LAMMPS_NS::LAMMPS *, int, char **)>;
 FixTable *&fix_table_of(LAMMPS_NS::Modify &modify);
 template <FixTable *LAMMPS_NS::Modify::*table>
@@ -29,14 +30,18 @@ LAMMPS_NS::Fix *make_fix(LAMMPS_NS::LAMMPS *lmp, int n_words, char **words)
 {
   return new Style(lmp, n_words, words);
 }
-
-// LIGGGHTS makes fixes through plain functions.
-std::map<std::string, ScriptForceMaker> known_forces;
 } // namespace
 
-void RockBondFix::register_with(LAMMPS_NS::LAMMPS &lmp)
+std::unique_ptr<ScriptLiggghts> make_script_liggghts(int argc, char **argv, MPI_Comm comm,
+                                                     const std::map<std::string, ScriptForceMaker> &forces)
 {
-  (*fix_table_of(*lmp.modify))["kerf/rock_bond"] = &make_fix<RockBondFix>;
+  const StyleWarningsOff quiet;
+  auto lmp = std::make_unique<ScriptLiggghts>(argc, argv, comm, forces);
+  FixTable &styles = *fix_table_of(*lmp->modify);
+  styles["kerf/rock_bond"] = &make_fix<RockBondFix>;
+  for (const auto &[style, maker] : forces)
+    styles[style] = &make_fix<ScriptForceFix>;
+  return lmp;
 }
 
 RockBondFix::RockBondFix(LAMMPS_NS::LAMMPS *lmp, int n_words, char **words) : Fix(lmp, n_words, words)
@@ -61,20 +66,20 @@ void RockBondFix::setup(int)
 void RockBondFix::pre_initial_integrate()
 {
   if (damp_setup)
-    if (RockBondStyle *style = RockBondStyle::of(*lmp))
+    if (RockBondStyle *style = find_rock_bond(*lmp))
       style->damp_all(false);
   damp_setup = false;
 }
 
 void RockBondFix::pre_final_integrate()
 {
-  if (RockBondStyle *style = RockBondStyle::of(*lmp))
+  if (RockBondStyle *style = find_rock_bond(*lmp))
     style->damp_all(true);
 }
 
 double RockBondFix::compute_vector(int component)
 {
-  RockBondStyle *style = RockBondStyle::of(*lmp);
+  RockBondStyle *style = find_rock_bond(*lmp);
   if (style == nullptr)
     return 0.;
   if (step_of_values != update->ntimestep)
@@ -94,18 +99,12 @@ double RockBondFix::compute_vector(int component)
   return values[component];
 }
 
-void ScriptForceFix::register_with(LAMMPS_NS::LAMMPS &lmp, const std::map<std::string, ScriptForceMaker> &forces)
-{
-  known_forces = forces;
-  for (const auto &[style, maker] : known_forces)
-    (*fix_table_of(*lmp.modify))[style] = &make_fix<ScriptForceFix>;
-}
-
 ScriptForceFix::ScriptForceFix(LAMMPS_NS::LAMMPS *lmp, int n_words, char **words) : Fix(lmp, n_words, words)
 {
   try
   {
-    force = known_forces.at(style)(std::vector<std::string>(words + 3, words + n_words), world);
+    force =
+      static_cast<const ScriptLiggghts *>(lmp)->forces.at(style)(std::vector<std::string>(words + 3, words + n_words), world);
   }
   catch (const std::exception &error)
   {
@@ -129,7 +128,7 @@ Particles ScriptForceFix::particles()
 {
   if (neighbor->ago == 0)
     ++order;
-  if (RockBondStyle *style = RockBondStyle::of(*lmp))
+  if (RockBondStyle *style = find_rock_bond(*lmp))
     return style->particles();
   Particles all;
   all.order = order;
@@ -162,7 +161,7 @@ void ScriptForceFix::apply(Phase phase)
     force->apply(phase, all, update->get_cur_time(), update->dt);
     return;
   }
-  // Forces on others are taken back.
+  // The force also acted on particles outside of the group: restore theirs.
   const int n = all.n;
   const Eigen::Matrix3Xd forces = n > 0 ? Eigen::Matrix3Xd(all.force) : Eigen::Matrix3Xd(3, 0);
   const Eigen::Matrix3Xd torques = n > 0 ? Eigen::Matrix3Xd(all.torque) : Eigen::Matrix3Xd(3, 0);

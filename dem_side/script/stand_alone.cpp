@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/script/stand_alone.h"
 
-#include "dem_side/engine/liggghts_instance.h"
-#include "dem_side/engine/rock_bond_style.h"
 #include "dem_side/script/script_fixes.h"
+#include "dem_side/script/script_rock_bond.h"
 
 #include <csignal>
 #include <cstdio>
+#include <input.h>
 #include <signal_handling.h>
 
 namespace kerf::dem
@@ -20,7 +20,7 @@ void end_runs_on_signals()
   quit.sa_handler = LAMMPS_NS::SignalHandler::int_handler;
   write.sa_handler = LAMMPS_NS::SignalHandler::usr1_handler;
   sigaction(SIGINT, &quit, nullptr);
-  sigaction(SIGTERM, &quit, nullptr); // what mpirun makes of an interrupt
+  sigaction(SIGTERM, &quit, nullptr); // mpirun passes an interrupt on as this signal
   sigaction(SIGUSR1, &write, nullptr);
 }
 } // namespace
@@ -28,9 +28,8 @@ void end_runs_on_signals()
 void run_script(int argc, char **argv, MPI_Comm comm, const std::map<std::string, ScriptForceMaker> &forces)
 {
   end_runs_on_signals();
-  const auto lmp = make_liggghts(argc, argv, comm);
-  RockBondStyle::register_with(*lmp);
-  ScriptForceFix::register_with(*lmp, forces);
+  register_script_rock_bond();
+  const auto lmp = make_script_liggghts(argc, argv, comm, forces);
   try
   {
     lmp->input->file();

@@ -29,7 +29,7 @@ inline std::string error_of(const PackingSettings &settings)
   {
     generate_packing(settings);
   }
-  catch (const std::runtime_error &error)
+  catch (const std::invalid_argument &error)
   {
     return error.what();
   }

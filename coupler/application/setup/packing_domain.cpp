@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 #include <sstream>
+#include <stdexcept>
 
 namespace kerf
 {
@@ -112,7 +113,7 @@ PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
     else
       space.volume = volume_around;
   }
-  catch (const std::runtime_error &error)
+  catch (const std::invalid_argument &error)
   {
     throw InputError((from_file ? section : settings.directory + "/case.prm: Mesh: ") + error.what());
   }

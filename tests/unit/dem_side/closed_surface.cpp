@@ -22,7 +22,7 @@ std::string error_of(int dim, const SurfaceMesh &mesh)
   {
     ClosedSurface(dim, mesh, 0.1);
   }
-  catch (const std::runtime_error &error)
+  catch (const std::invalid_argument &error)
   {
     return error.what();
   }
@@ -38,7 +38,7 @@ std::string stl_error_of(const std::string &bytes)
   {
     read_stl(path);
   }
-  catch (const std::runtime_error &error)
+  catch (const std::invalid_argument &error)
   {
     text = error.what();
     EXPECT_EQ(text.substr(0, path.size() + 2), path + ": ");
@@ -152,7 +152,7 @@ TEST(StlFile, DamagedOnesAreNamed)
     read_stl("/nowhere/a.stl");
     FAIL() << "no error";
   }
-  catch (const std::runtime_error &error)
+  catch (const std::invalid_argument &error)
   {
     EXPECT_STREQ(error.what(), "/nowhere/a.stl: cannot be read");
   }

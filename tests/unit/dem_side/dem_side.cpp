@@ -195,7 +195,7 @@ TEST(DemSide, ParticleThatLeavesIsCountedAndTheRestGoesOn)
   dem.advance(50, {});
   EXPECT_EQ(dem.n_bonds_intact(), bonds);
   EXPECT_EQ(sum_over_ranks(dem.particles().n), 35.);
-  EXPECT_THROW(dem.insert({particles[35]}), std::invalid_argument); // taken from the store only once
+  EXPECT_THROW(dem.insert({particles[35]}), std::logic_error); // taken from the store only once
 }
 
 TEST(DemSide, AllParticlesMayLeave)

@@ -134,7 +134,7 @@ TEST(LooseParticles, ChainsAndIslandsGo)
                                 0.5);
   bond_by_gap(packing, 0.01);
   ASSERT_EQ(packing.bonds.size(), 2u + 3u + 5u);
-  EXPECT_DOUBLE_EQ(remove_loose_particles(packing), 5. / 9.);
+  EXPECT_DOUBLE_EQ(remove_unconnected_particles(packing), 5. / 9.);
   ASSERT_EQ(packing.size(), 4);
   EXPECT_EQ(packing.positions.cols(), 4);
   EXPECT_EQ(packing.positions(0, 0), 1.);

@@ -42,7 +42,7 @@ protected:
     {
       load_packing(path);
     }
-    catch (const std::runtime_error &error)
+    catch (const std::invalid_argument &error)
     {
       const std::string text = error.what();
       EXPECT_EQ(text.substr(0, path.size() + 2), path + ": ");

@@ -111,10 +111,10 @@ void expect_lanes_like_single_bonds()
   bond.shear_friction = 0.3;
   bond.R_n = 0.01 * bond.k_n * d0; // of the order of the forces: some fail in tension, some in shear, some not
   bond.R_t = 0.01 * bond.k_t * d0;
-  law::Vector<dim, Lanes> x1, x2, n1, n2;
-  State<dim> states[Lanes::size];
+  law::Vector<dim, SimdPack> x1, x2, n1, n2;
+  State<dim> states[SimdPack::size];
   const double stretch[] = {1.03, 1.001, 0.97, 1.002}, twist[] = {0., 0.05, 0.05, 1e-3};
-  for (int lane = 0; lane < Lanes::size; ++lane)
+  for (int lane = 0; lane < SimdPack::size; ++lane)
   {
     State<dim> &s = states[lane];
     s = general_state<dim>();
@@ -129,12 +129,12 @@ void expect_lanes_like_single_bonds()
       n1[c].set(lane, first[c]), n2[c].set(lane, second[c]);
     }
   }
-  const auto pair = law::make_pair<dim, Lanes>(x1, x2, Lanes(r1), Lanes(r2));
-  const auto strain = law::bond_strain<dim, Lanes>(pair, Lanes(d0), n1, n2);
-  const auto load = law::bond_load<dim, Lanes>(pair, strain, Lanes(d0), n1, n2, bond);
+  const auto pair = law::make_pair<dim, SimdPack>(x1, x2, SimdPack(r1), SimdPack(r2));
+  const auto strain = law::bond_strain<dim, SimdPack>(pair, SimdPack(d0), n1, n2);
+  const auto load = law::bond_load<dim, SimdPack>(pair, strain, SimdPack(d0), n1, n2, bond);
   const auto tension = law::fails_in_tension(strain, bond), shear = law::fails_in_shear(strain, bond);
   bool seen[3] = {};
-  for (int lane = 0; lane < Lanes::size; ++lane)
+  for (int lane = 0; lane < SimdPack::size; ++lane)
   {
     const State<dim> &s = states[lane];
     const auto one = s.load(bond);

@@ -161,7 +161,7 @@ TEST(RandomPackingBonds, TooSmallToleranceIsNamed)
     generate_packing(settings);
     FAIL() << "no error";
   }
-  catch (const std::runtime_error &error)
+  catch (const std::invalid_argument &error)
   {
     const std::string text = error.what();
     EXPECT_NE(text.find("have fewer than two bonds at gap tolerance 0; use a larger one"), std::string::npos) << text;

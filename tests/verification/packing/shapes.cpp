@@ -139,7 +139,7 @@ TEST(PackingShapes, SurfacesThatDoNotFitAreNamed)
     generate_packing(settings);
     FAIL() << "no error";
   }
-  catch (const std::runtime_error &error)
+  catch (const std::invalid_argument &error)
   {
     EXPECT_STREQ(error.what(),
                  "packing: the surface reaches from 0.001 to 0.021 m along x, it must be inside of the box from 0 to 0.02");

@@ -2,6 +2,7 @@
 // The stability limit 2 / omega_max: of a triangular lattice from its dispersion relation, omega_max^2 = max(6 + 2k, 4.5 (1 +
 // k), 24 k) k_n / m with k = k_t / k_n, of other packings from the eigenvalues of their linearised network.
 #include "dem_side/bond_network/bond_network.h"
+#include "dem_side/errors.h"
 #include "tests/support/dem_stiffness.h"
 #include "tests/support/dem_test_packings.h"
 
@@ -104,5 +105,5 @@ TEST(DemTimeStep, RandomPackings)
 
 TEST(DemTimeStep, AnUnstableRunEndsWithAnError)
 {
-  EXPECT_THROW(triangular_growth(0.25, 1.2, 5000), std::runtime_error);
+  EXPECT_THROW(triangular_growth(0.25, 1.2, 5000), Unstable);
 }

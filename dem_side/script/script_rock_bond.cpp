@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "dem_side/script/script_rock_bond.h"
+
+#include "dem_side/engine/install_rock_bond.h"
+#include "dem_side/script/rock_bond_line.h"
+
+#include <algorithm>
+#include <atom.h>
+#include <domain.h>
+#include <neighbor.h>
+#include <sstream>
+#include <stdexcept>
+#include <update.h>
+
+namespace kerf::dem
+{
+template <int dim>
+void ScriptRockBond<dim>::settings(int n_words, char **words, LIGGGHTS::IContactHistorySetup *history)
+{
+  const RockBondLine line = parse_rock_bond_line(n_words, words);
+  parameters.bond = line.bond;
+  parameters.local_damping = line.local_damping;
+  read_store(line.store);
+  RockBondLoop<dim>::settings(0, nullptr, history);
+}
+
+/// Reads the stored packing. Its bonds are created in the first force computation.
+template <int dim>
+void ScriptRockBond<dim>::read_store(const std::string &path)
+{
+  Packing packing;
+  std::string wrong;
+  if (!path.empty())
+  {
+    try
+    {
+      packing = load_packing(path);
+      if (packing.dim != lmp.domain->dimension)
+        wrong = path + " holds a packing of dimension " + std::to_string(packing.dim) + ", the script has dimension " +
+                std::to_string(lmp.domain->dimension);
+    }
+    catch (const std::exception &error)
+    {
+      wrong = error.what();
+    }
+  }
+  int failed = !wrong.empty(), failed_anywhere = 0;
+  MPI_Allreduce(&failed, &failed_anywhere, 1, MPI_INT, MPI_MAX, lmp.world);
+  if (failed_anywhere)
+    throw std::invalid_argument("pair_style gran model kerf_rock_bond: store: " +
+                                (wrong.empty() ? path + " could not be read on another rank" : wrong));
+  store = std::make_unique<Store>(std::move(packing));
+  parameters.packing = &store->packing;
+  parameters.stored_bonds = &store->bonds;
+  added.assign(store->packing.bonds.empty() ? 0 : store->packing.size(), 1);
+  store->reach = store->packing.bonds.empty() ? 1. : list_reach(store->packing, parameters.bond);
+  double &factor = lmp.neighbor->contactDistanceFactor;
+  factor = std::max(factor, store->reach);
+}
+
+template <int dim>
+void ScriptRockBond<dim>::init_granular()
+{
+  parameters.time_step = lmp.update->dt;
+  if (lmp.neighbor->contactDistanceFactor < store->reach)
+  {
+    std::ostringstream text;
+    text << "neigh_modify contact_distance_factor " << lmp.neighbor->contactDistanceFactor
+         << " would lose bonds of kerf_rock_bond, give at least " << store->reach << " or leave it out";
+    throw std::invalid_argument(text.str());
+  }
+}
+
+/// All bonds of the store between existing particles must have been created.
+template <int dim>
+void ScriptRockBond<dim>::check_created_bonds() const
+{
+  const Packing &packing = *parameters.packing;
+  std::vector<char> here(packing.size(), 0), exists(packing.size(), 0);
+  for (int i = 0; i < lmp.atom->nlocal; ++i)
+    if (lmp.atom->tag[i] <= packing.size())
+      here[lmp.atom->tag[i] - 1] = 1;
+  MPI_Allreduce(here.data(), exists.data(), packing.size(), MPI_CHAR, MPI_MAX, lmp.world);
+  std::int64_t expected = 0;
+  for (const auto &[a, b] : packing.bonds)
+    expected += exists[a] && exists[b];
+  if (bond_ends_made != 2 * expected)
+    throw std::invalid_argument("pair_style gran model kerf_rock_bond: only " + std::to_string(bond_ends_made / 2) + " of " +
+                                std::to_string(expected) +
+                                " bonds of the store could be made: the particles of the script are not at their places in the "
+                                "store (tag = index + 1)");
+}
+
+template class ScriptRockBond<2>;
+template class ScriptRockBond<3>;
+
+namespace
+{
+LIGGGHTS::PairStyles::IGranularPairStyle *create(LAMMPS_NS::LAMMPS *lmp, LAMMPS_NS::PairGran *gran, std::int64_t hash)
+{
+  if (lmp->domain->box_exist == 0)
+    throw std::invalid_argument("pair_style gran model kerf_rock_bond must come after the box (read_data or create_box)");
+  if (add_particle_properties(*lmp))
+    add_fix(*lmp, "rock_bond all kerf/rock_bond");
+  if (lmp->domain->dimension == 2)
+    return new ScriptRockBond<2>(*lmp, *gran, hash);
+  return new ScriptRockBond<3>(*lmp, *gran, hash);
+}
+} // namespace
+
+void register_script_rock_bond()
+{
+  static const bool registered = (register_rock_bond("kerf_rock_bond", 42, &create), true);
+  (void)registered;
+}
+} // namespace kerf::dem
