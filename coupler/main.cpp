@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/commands/commands.h"
+#include "coupler/application/output/draw_figures.h"
 #include "coupler/base/errors.h"
 
 #include <CLI/CLI.hpp>
 
-#include <cstdlib>
-#include <filesystem>
-#include <functional>
 #include <iostream>
 #include <malloc.h>
 #include <mpi.h>
@@ -22,18 +20,6 @@ void add_case_options(CLI::App &command, kerf::RunOptions &options, std::string 
   if (with_mode)
     command.add_option("--mode", mode, "adaptive, fixed, dem or fem (default: Run/Mode of the case)")
       ->check(CLI::IsMember({"adaptive", "fixed", "dem", "fem"}));
-}
-
-/// Pictures are drawn by a script from the files of the run, after MPI has ended (no fork beside its threads).
-void draw_figures(const std::string &directory)
-{
-  if (!std::filesystem::exists(KERF_FIGURES_SCRIPT) ||
-      (!std::filesystem::exists(directory + "/history.h5") && !std::filesystem::exists(directory + "/stability.csv")))
-    return;
-  const std::string quoted = "'" + directory + "'";
-  if (directory.find('\'') != std::string::npos ||
-      std::system(("/usr/bin/python3 " KERF_FIGURES_SCRIPT " " + quoted).c_str()) != 0)
-    std::cerr << "figures were not drawn; try: /usr/bin/python3 " << KERF_FIGURES_SCRIPT << " " << quoted << std::endl;
 }
 
 /// LIGGGHTS reads its own arguments. Its errors end the program; those of the rock bond come on all ranks alike.
@@ -164,6 +150,6 @@ int main(int argc, char **argv)
   }
   MPI_Finalize();
   if (rank == 0 && !results.empty())
-    draw_figures(results);
+    kerf::draw_figures(results); // after MPI has ended: no processes are started beside its threads
   return code;
 }
