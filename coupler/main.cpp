@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/calibration/calibrate_case.h"
 #include "coupler/application/commands/commands.h"
+#include "coupler/application/output/draw_figures.h"
 #include "coupler/application/stand_alone/export_case.h"
 #include "coupler/application/stand_alone/script_forces.h"
 #include "coupler/base/errors.h"
 
 #include <CLI/CLI.hpp>
 
-#include <cstdlib>
-#include <filesystem>
-#include <functional>
 #include <iostream>
 #include <malloc.h>
 #include <mpi.h>
@@ -27,18 +25,6 @@ void add_case_options(CLI::App &command, kerf::RunOptions &options, std::string 
       ->check(CLI::IsMember({"adaptive", "fixed", "dem", "fem"}));
 }
 
-/// Pictures are drawn by a script from the files of the run, after MPI has ended (no fork beside its threads).
-void draw_figures(const std::string &directory)
-{
-  if (!std::filesystem::exists(KERF_FIGURES_SCRIPT) ||
-      (!std::filesystem::exists(directory + "/history.h5") && !std::filesystem::exists(directory + "/stability.csv")))
-    return;
-  const std::string quoted = "'" + directory + "'";
-  if (directory.find('\'') != std::string::npos ||
-      std::system(("/usr/bin/python3 " KERF_FIGURES_SCRIPT " " + quoted).c_str()) != 0)
-    std::cerr << "figures were not drawn; try: /usr/bin/python3 " << KERF_FIGURES_SCRIPT << " " << quoted << std::endl;
-}
-
 /// LIGGGHTS reads its own arguments. Its errors end the program; those of the rock bond come on all ranks alike.
 int liggghts(int argc, char **argv)
 {
@@ -53,7 +39,9 @@ int liggghts(int argc, char **argv)
   {
     if (rank == 0)
       std::cerr << "kerf: " << error.what() << std::endl;
-    code = dynamic_cast<const std::invalid_argument *>(&error) != nullptr ? 2 : 3;
+    const bool input = dynamic_cast<const std::invalid_argument *>(&error) != nullptr,
+               bug = !input && dynamic_cast<const std::logic_error *>(&error) != nullptr;
+    code = input ? 2 : bug ? 1 : 3;
   }
   MPI_Finalize();
   return code;
@@ -161,12 +149,14 @@ int main(int argc, char **argv)
   }
   catch (const std::exception &error)
   {
-    // An error on one rank only would leave the others waiting.
-    std::cerr << "kerf: rank " << rank << ": " << error.what() << std::endl;
+    // On one rank only it would leave the others waiting.
+    const bool bug = dynamic_cast<const std::logic_error *>(&error) != nullptr;
+    std::cerr << "kerf: rank " << rank << ": " << (bug ? "internal error, a bug of kerf, please report it: " : "")
+              << error.what() << std::endl;
     MPI_Abort(MPI_COMM_WORLD, 1);
   }
   MPI_Finalize();
   if (rank == 0 && !results.empty())
-    draw_figures(results);
+    kerf::draw_figures(results); // after MPI has ended: no processes are started beside its threads
   return code;
 }

@@ -215,8 +215,7 @@ struct SurfacePoints
 enum class SurfaceLoad
 {
   tool,
-  debris,        ///< particles that have come off the rock
-  loose = debris ///< former name
+  debris ///< particles that have come off the rock
 };
 
 /// True if the ball of @p radius about @p centre [m] may hold a point of interest.

@@ -17,12 +17,13 @@ inline int rank_of(MPI_Comm comm)
   return rank;
 }
 
-/// Runs @p action on the first rank. An error there is thrown on every rank as an InputError, so that no rank waits for one
-/// that gave up. Collective.
+/// Runs @p action on the first rank. An error there is thrown on every rank, so that no rank waits for one that gave up: a
+/// std::logic_error, which is a bug, as such, all others as InputError. std::invalid_argument is wrong input. Collective.
 template <typename Action>
 void on_first_rank(MPI_Comm comm, const Action &action)
 {
   std::string error;
+  int bug = 0;
   if (rank_of(comm) == 0)
   {
     try
@@ -32,6 +33,8 @@ void on_first_rank(MPI_Comm comm, const Action &action)
     catch (const std::exception &exception)
     {
       error = exception.what();
+      bug = dynamic_cast<const std::logic_error *>(&exception) != nullptr &&
+            dynamic_cast<const std::invalid_argument *>(&exception) == nullptr;
       if (error.empty())
         error = "unknown error";
     }
@@ -40,6 +43,9 @@ void on_first_rank(MPI_Comm comm, const Action &action)
   MPI_Bcast(&length, 1, MPI_INT, 0, comm);
   error.resize(length);
   MPI_Bcast(error.data(), length, MPI_CHAR, 0, comm);
+  MPI_Bcast(&bug, 1, MPI_INT, 0, comm);
+  if (bug)
+    throw std::logic_error(error);
   if (length > 0)
     throw InputError(error);
 }

@@ -5,6 +5,7 @@
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
 #include "coupler/method/stability/stable_step.h"
+#include "dem_side/errors.h"
 
 #include <algorithm>
 #include <numeric>
@@ -127,18 +128,31 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   clock.lap(Part::fem); // the particles' second half kick follows when the hook returns
 }
 
+/// Either side notices a runaway before energies are looked at, on all ranks alike. Other errors are none of the physics and
+/// pass.
+template <typename Action>
+void CoupledModel::watched(const Action &action)
+{
+  const auto unstable = [this](const std::exception &error)
+  { return UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what()); };
+  try
+  {
+    action();
+  }
+  catch (const dem::Unstable &error)
+  {
+    throw unstable(error);
+  }
+  catch (const fem::Unstable &error)
+  {
+    throw unstable(error);
+  }
+}
+
 void CoupledModel::advance(int steps)
 {
   clock.restart();
-  try
-  {
-    dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &particles) { cycle(phase, particles); });
-  }
-  catch (const std::runtime_error &error)
-  {
-    // The particle side notices runaway bonds before energies are looked at, on all ranks alike.
-    throw UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what());
-  }
+  watched([&] { dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); }); });
   if (fem_side.n_active_cells() > 0)
     debris_contact.find_debris(*dem_side, regions.bonds(), regions.tied_particles());
   clock.lap(Part::dem);
@@ -188,14 +202,7 @@ void CoupledModel::set_up_forces()
 
 void CoupledModel::particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &))
 {
-  try
-  {
-    (dem_side.get()->*compute)([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); });
-  }
-  catch (const std::runtime_error &error)
-  {
-    throw UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what());
-  }
+  watched([&] { (dem_side.get()->*compute)([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); }); });
 }
 
 ToolForce CoupledModel::take_tool_force()

@@ -75,6 +75,8 @@ private:
   void cycle(dem::Phase phase, dem::Particles &particles);
   /// Enters what came in with a change of models into the ledger.
   void record(ActivationEvent event);
+  template <typename Action>
+  void watched(const Action &action);
   void particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &));
 
   const ModelSettings &settings;

@@ -124,8 +124,8 @@ void step(benchmark::State &state, const Strain strain, const Integration integr
   for (int d = 0; d < dim; ++d)
     upper[d] = extent<dim>()[d];
   Settings settings = test::box(upper, 1.);
-  settings.body.strain = strain;
-  settings.body.integration = integration;
+  settings.strain = strain;
+  settings.integration = integration;
   const auto side = make_fem_side(settings);
   const int n_nodes = side->mesh().n_nodes();
   side->set_state(test::noise_field(n_nodes, 1e-6, 1, dim), Eigen::Matrix3Xd::Zero(3, n_nodes));

@@ -24,7 +24,7 @@ exit "\$(cat "$work/$1.code" 2> /dev/null || echo 0)"
 END
   chmod +x "$work/bin/$1"
 }
-for name in cmake ctest mpirun apt-get kerf; do stand_in "$name"; done
+for name in cmake ctest mpirun apt-get kerf codespell; do stand_in "$name"; done
 # dpkg-query knows all packages but those in $work/missing.
 cat > "$work/bin/dpkg-query" << END
 #!/bin/bash
@@ -118,10 +118,41 @@ echo 8 > "$work/ctest.code"
 echo "50% tests passed, 1 tests failed out of 2" > "$work/ctest.out"
 call 8 "$tree/test"
 call 8 "$tree/.ci/run"
-tail -n 2 "$work/out" > "$work/summary"
+sed -n '/=== summary/,$p' "$work/out" > "$work/summary"
 expect "=== summary, exit code 8 ===" "$work/summary"
-expect "50% tests passed" "$work/summary"
+expect "unit_tests_with_sanitizers: exit code 8" "$work/summary"
+expect "spelling: exit code 0" "$work/summary"
+[[ $(grep -c "50% tests passed" "$work/summary") == 3 && $(tail -n 1 "$work/out") == 50%* ]] ||
+  { echo "FAIL: the summary does not end with what ctest says of three parts"; cat "$work/summary"; failures=$((failures + 1)); }
+# All parts ran.
+expect "<-LE> <.*-long>" "$calls"
+for preset in debug audit; do
+  expect "cmake <--preset> <$preset>" "$calls"
+  expect "cmake <--build> <--preset> <$preset>" "$calls"
+  expect "ctest <--preset> <$preset>" "$calls"
+done
+expect "<--target> <unit_tests>" "$calls"
+expect "<-L> <^unit$>" "$calls"
+expect "cmake <--build> <--preset> <clang>" "$calls"
+expect "codespell" "$calls"
 rm "$work/ctest.code"
+# A part after the tests fails.
+echo 65 > "$work/codespell.code"
+echo "100% tests passed, 0 tests failed out of 2" > "$work/ctest.out"
+call 65 "$tree/.ci/run"
+expect "tests: exit code 0" "$work/out"
+expect "spelling: exit code 65" "$work/out"
+[[ $(tail -n 1 "$work/out") == 100%* ]] || { echo "FAIL: no summary of ctest at the end"; failures=$((failures + 1)); }
+rm "$work/codespell.code" "$work/ctest.out"
+# No build, no tests.
+echo 1 > "$work/cmake.code"
+echo "the reason of cmake" > "$work/cmake.out"
+call 1 "$tree/.ci/run"
+expect "the reason of cmake" "$work/out"
+expect "clang: exit code 1" "$work/out"
+expect "spelling: exit code 0" "$work/out"
+refuse "ctest" "$calls"
+rm "$work/cmake.code" "$work/cmake.out"
 
 # Selection of tests.
 call 0 "$tree/test" -R 'some name'
@@ -130,11 +161,12 @@ expect "<-LE> <.*-long> <-R> <some name>" "$calls"
 call 0 "$tree/test" --long
 refuse "<-LE>" "$calls"
 refuse "<--long>" "$calls"
-call 0 "$tree/.ci/run"
+call 0 "$tree/.ci/run" -R 'some name'
 expect "=== summary, exit code 0 ===" "$work/out"
+expect "<-LE> <.*-long> <-R> <some name>" "$calls"
 
 # Packages.
-printf '%s\n' libdeal.ii-dev libgtest-dev > "$work/missing"
+printf '%s\n' libdeal.ii-dev libgtest-dev clang > "$work/missing"
 if ((EUID == 0)); then
   call 0 "$tree/run"
   expect "libdeal.ii-dev       for finite elements" "$work/out"
@@ -144,6 +176,9 @@ if ((EUID == 0)); then
   refuse "sudo" "$calls"
   call 0 "$tree/test"
   expect "<libdeal.ii-dev> <libgtest-dev>" "$calls"
+  refuse "<clang>" "$calls"
+  call 0 "$tree/.ci/run"
+  expect "<libdeal.ii-dev> <libgtest-dev> <clang>" "$calls"
   echo 100 > "$work/apt-get.code"
   call 1 "$tree/run"
   expect "could not install: libdeal.ii-dev" "$work/out"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 # shellcheck shell=bash disable=SC2034,SC2154
-# Shared by ./run and ./test: Debian packages, configuration, build. Sourced with $root set to the repository.
+# Shared by ./run, ./test and .ci/run: Debian packages, configuration, build. Sourced with $root set to the repository.
 
 # One package a line and what it is for.
 readonly build_packages='
@@ -25,6 +25,10 @@ libgtest-dev         tests
 liggghts             comparison with the stock program
 git                  checks of the source tree
 clang-format         check of the code style'
+readonly ci_packages='
+clang                build with a second compiler
+codespell            check of the spelling
+doxygen              check of the comments of public functions'
 
 fail()
 {

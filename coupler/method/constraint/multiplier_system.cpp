@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/constraint/multiplier_system.h"
 
+#include "coupler/base/errors.h"
 #include <algorithm>
 #include <stdexcept>
 
@@ -56,7 +57,7 @@ MultiplierSystem::MultiplierSystem(int dim, const std::vector<Row> &rows, const 
       factors.analyzePattern(A);
     factors.factorize(A);
     if (factors.info() != Eigen::Success)
-      throw std::runtime_error("the equations of the multipliers cannot be solved");
+      throw UnstableRun("the equations of the multipliers cannot be solved");
     keep_factors(axis, factors);
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/constraint/corrector/fluctuations.h"
 
+#include "coupler/base/errors.h"
 #include "coupler/method/constraint/corrector/strain_components.h"
 #include "dem_side/bond_network/network_operator.h"
 #include "dem_side/packing/stored_bonds.h"
@@ -69,7 +70,7 @@ void Fluctuations::solve(const dem::Packing &packing, double k_n, double k_t, in
     for (int iteration = 0; rr > std::max(tolerance * tolerance * start, nothing); ++iteration)
     {
       if (iteration == most)
-        throw std::runtime_error("the fluctuations of the packing about a uniform strain do not converge");
+        throw UnstableRun("the fluctuations of the packing about a uniform strain do not converge");
       Eigen::VectorXd Kp = Eigen::VectorXd::Zero(r.size());
       network.add_product(scale.cwiseProduct(p), Kp);
       Kp = scale.cwiseProduct(Kp);

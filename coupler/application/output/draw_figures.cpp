@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "coupler/application/output/draw_figures.h"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <set>
+#include <spawn.h>
+#include <sstream>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+namespace kerf
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+/// figures.py of this program: bin/kerf has it in share/kerf/plots, and so has the program in a build directory.
+std::optional<fs::path> figures_script()
+{
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error)
+    return std::nullopt;
+  for (const fs::path &prefix : {program.parent_path().parent_path(), program.parent_path()})
+  {
+    const fs::path script = prefix / "share/kerf/plots/figures.py";
+    if (fs::exists(script, error))
+      return script;
+  }
+  return std::nullopt;
+}
+
+/// All programs named python3 in the directories of PATH, in their order.
+std::vector<std::string> pythons()
+{
+  std::vector<std::string> found;
+  std::set<fs::path> seen;
+  const char *path = std::getenv("PATH");
+  std::istringstream directories(path != nullptr ? path : "");
+  for (std::string directory; std::getline(directories, directory, ':');)
+  {
+    std::error_code error;
+    const fs::path python = fs::path(directory) / "python3";
+    if (!directory.empty() && access(python.c_str(), X_OK) == 0 && seen.insert(fs::canonical(python, error)).second)
+      found.push_back(python);
+  }
+  return found;
+}
+
+/// Runs a program without a shell, so that names may hold any character. @param output what it writes to standard output, when
+/// asked for. @return its exit code, -1 when it did not run or was ended by a signal.
+int run(const std::vector<std::string> &words, std::string *output = nullptr)
+{
+  int ends[2] = {-1, -1};
+  if (output != nullptr && pipe(ends) != 0)
+    return -1;
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  if (output != nullptr)
+  {
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    posix_spawn_file_actions_addclose(&actions, ends[0]);
+    posix_spawn_file_actions_addclose(&actions, ends[1]);
+  }
+  std::vector<char *> arguments;
+  for (const std::string &word : words)
+    arguments.push_back(const_cast<char *>(word.c_str()));
+  arguments.push_back(nullptr);
+  pid_t child = 0;
+  const bool started = posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environ) == 0;
+  posix_spawn_file_actions_destroy(&actions);
+  if (output != nullptr)
+  {
+    close(ends[1]);
+    char buffer[256];
+    for (ssize_t count; started && ((count = read(ends[0], buffer, sizeof buffer)) > 0 || (count < 0 && errno == EINTR));)
+      output->append(buffer, count > 0 ? count : 0);
+    close(ends[0]);
+  }
+  if (!started)
+    return -1;
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0)
+    if (errno != EINTR)
+      return -1;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/// The modules that a Python lacks, looked up without loading them.
+std::string missing_modules(const std::string &python)
+{
+  std::string missing;
+  const int code = run({python, "-c",
+                        "from importlib.util import find_spec\n"
+                        "print(*(m for m in ('numpy', 'matplotlib', 'h5py') if find_spec(m) is None), end='')"},
+                       &missing);
+  return code == 0 ? missing : "a Python that starts";
+}
+} // namespace
+
+void draw_figures(const std::string &directory)
+{
+  if (!fs::exists(directory + "/history.h5") && !fs::exists(directory + "/stability.csv"))
+    return;
+  const std::optional<fs::path> script = figures_script();
+  if (!script)
+  {
+    std::cerr << "figures were not drawn: share/kerf/plots/figures.py is not where the program is installed" << std::endl;
+    return;
+  }
+  std::string lacking;
+  for (const std::string &python : pythons())
+  {
+    const std::string missing = missing_modules(python);
+    if (missing.empty())
+    {
+      // -B: nothing is written beside installed scripts.
+      if (run({python, "-B", script->string(), directory}) != 0)
+        std::cerr << "figures were not drawn; try: " << python << " " << *script << " " << fs::path(directory) << std::endl;
+      return;
+    }
+    lacking += (lacking.empty() ? "" : "; ") + python + " lacks " + missing;
+  }
+  std::cerr << "figures were not drawn: " << (lacking.empty() ? "there is no python3 in PATH" : lacking) << std::endl;
+}
+} // namespace kerf
