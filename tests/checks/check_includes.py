@@ -22,6 +22,7 @@ from pathlib import Path
 from source_tree import plant, project_files
 
 BOTH_SIDES = ["fem_side", "dem_side"]
+BELOW_ENGINE = ["dem_side/bond", "dem_side/packing", "dem_side/geometry"]
 METHOD = "coupler/method/"
 APPLICATION = "coupler/application/"
 BELOW_METHOD = ["coupler/loading", "coupler/energy", "coupler/base", *BOTH_SIDES]
@@ -37,11 +38,13 @@ ROOMS = {
     "dem_side/geometry": [],
     "dem_side/packing": ["dem_side/geometry"],
     "dem_side/bond": ["dem_side/packing", "dem_side/geometry"],
+    "dem_side/errors": [],
     "dem_side/particle_types": ["dem_side/bond", "dem_side/packing", "dem_side/geometry"],
+    "dem_side/dem_settings": ["dem_side/bond", "dem_side/packing", "dem_side/geometry"],
     "dem_side/bond_network": ["dem_side/bond", "dem_side/packing", "dem_side/geometry"],
-    "dem_side/engine": ["dem_side/particle_types", "dem_side/bond", "dem_side/packing", "dem_side/geometry"],
+    "dem_side/engine": ["dem_side/dem_settings", "dem_side/particle_types", "dem_side/errors", *BELOW_ENGINE],
     "dem_side/generation": ["dem_side/engine", "dem_side/bond_network", "dem_side/bond", "dem_side/packing", "dem_side/geometry"],
-    "dem_side/script": ["dem_side/engine", "dem_side/particle_types", "dem_side/bond", "dem_side/packing", "dem_side/geometry"],
+    "dem_side/script": ["dem_side/engine", "dem_side/dem_settings", "dem_side/particle_types", "dem_side/errors", *BELOW_ENGINE],
     "dem_side/dem_side": ["dem_side"],
 
     "coupler/base": BOTH_SIDES,
@@ -64,11 +67,14 @@ ROOMS = {
     APPLICATION + "setup": [APPLICATION + "case_file", APPLICATION + "output", *BELOW_APPLICATION],
     **{APPLICATION + room: [APPLICATION + "setup", APPLICATION + "case_file", APPLICATION + "output", APPLICATION + "run_options",
                             *BELOW_APPLICATION] for room in ("commands", "calibration", "stand_alone")},
-    "coupler/main": ["coupler/application"],
+    "coupler/main": ["coupler/application", "coupler/base"],
 }
 PUBLIC_HEADERS = {
     "fem_side": {"fem_side/fem_side.h"},
-    "dem_side": {"dem_side/dem_side.h"},
+    "dem_side": {"dem_side/" + name + ".h" for name in (
+        "dem_side", "particle_types", "dem_settings", "errors", "bond/bond_parameters", "bond_network/bond_network",
+        "bond_network/moduli", "bond_network/network_operator", "geometry/closed_surface", "geometry/grid", "packing/hdf5_file",
+        "packing/packing", "packing/stored_bonds", "script/script_force", "script/stand_alone")},
 }
 # Headers of a library by their first folder or, for those found without one, by a list; and who may include them.
 LIBRARIES = {

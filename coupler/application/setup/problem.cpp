@@ -17,6 +17,24 @@ namespace kerf
 {
 namespace
 {
+/// Runs @p action; its errors name the place in the case, but for those that are bugs.
+template <typename Action>
+auto as_input_error(const std::string &place, const Action &action)
+{
+  try
+  {
+    return action();
+  }
+  catch (const std::exception &error)
+  {
+    const bool bug = dynamic_cast<const std::logic_error *>(&error) != nullptr &&
+                     dynamic_cast<const std::invalid_argument *>(&error) == nullptr;
+    if (bug)
+      throw;
+    throw InputError(place + error.what());
+  }
+}
+
 std::string case_path(const Case &settings)
 {
   return settings.directory + "/case.prm";
@@ -145,32 +163,16 @@ void check_refusal(Refusal refusal, const Case &settings, const fem::FemSide &fe
 
 std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 {
-  try
-  {
-    fem::Settings body = settings.body;
-    body.comm = comm;
-    return fem::make_fem_side(body);
-  }
-  catch (const std::exception &error)
-  {
-    throw InputError(case_path(settings) + ": Mesh: " + error.what());
-  }
+  fem::Settings body = settings.body;
+  body.comm = comm;
+  return as_input_error(case_path(settings) + ": Mesh: ", [&] { return fem::make_fem_side(body); });
 }
 
 void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm)
 {
   const PackingDomain space = find_packing_domain(settings, fem.mesh());
   const auto named = [&](const char *section, const auto &action)
-  {
-    try
-    {
-      return action();
-    }
-    catch (const std::exception &error)
-    {
-      throw InputError(case_path(settings) + ": " + section + ": " + error.what());
-    }
-  };
+  { return as_input_error(case_path(settings) + ": " + section + ": ", action); };
   on_first_rank(
     comm,
     [&]
