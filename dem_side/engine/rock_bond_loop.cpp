@@ -191,7 +191,7 @@ void RockBondLoop<dim>::add_pair_loads(bool step)
     contact<damped>(debris_pairs[k], step, false);
   // After the contacts, because a bond that breaks becomes a contact and computes its loads at once.
   if (intact.template add_loads<damped>(rows, parameters.bond, lmp.neighbor->contactDistanceFactor, step,
-                                        [this](const auto &bond) { break_bond<damped>(bond); }))
+                                        [this](const auto &bond) { this->template break_bond<damped>(bond); }))
     overstretched = true;
 }
 
