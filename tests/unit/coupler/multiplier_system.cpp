@@ -42,11 +42,11 @@ TEST(MultiplierSystem, AreThoseOfDenseMatrices)
     EXPECT_LT((product - right * B).norm(), 1e-13 * product.norm());
     for (int axis = 0; axis < dim; ++axis)
     {
-      Eigen::VectorXd inverse_mass(n);
+      Eigen::VectorXd of_particles(n);
       for (int i = 0; i < n; ++i)
-        inverse_mass[i] = c(i, i) * c(i, i) * rows[i].inverse_mass[axis];
+        of_particles[i] = c(i, i) * c(i, i) * rows[i].inverse_mass[axis];
       const Eigen::VectorXd of_nodes = inverse_mass.row(axis);
-      const Eigen::MatrixXd A = N.transpose() * inverse_mass.asDiagonal() * N + B * of_nodes.asDiagonal() * B;
+      const Eigen::MatrixXd A = N.transpose() * of_particles.asDiagonal() * N + B * of_nodes.asDiagonal() * B;
       const Eigen::VectorXd x = solution.row(axis), b = right.row(axis);
       EXPECT_LT((A * x - b).norm(), 1e-8 * b.norm());
     }
