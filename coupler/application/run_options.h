@@ -15,7 +15,7 @@ struct RunOptions
   std::string case_directory;
   std::optional<Mode> mode; ///< empty: the case's own
   std::vector<Override> overrides;
-  std::string output; ///< empty: results/<case>, or results/<case>_<mode> for a mode that is not the case's own
+  std::string output; ///< empty: results/CASE, or results/CASE_MODE for a mode that is not the case's own
   bool overwrite = false;
 
   std::string results_directory() const;

@@ -30,7 +30,7 @@ struct ToolForce
 class CoupledModel
 {
 public:
-  /// @param fem, @param packing and @param settings are kept by reference. @param dt step of both sides [s]
+  /// @p fem, @p packing and @p settings are kept by reference. @param dt step of both sides [s]
   /// @param constraint of the settings (see constraint_model()); null: made here
   CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
                MPI_Comm comm, std::unique_ptr<Constraint> constraint = nullptr);

@@ -51,7 +51,7 @@ inline double rolling_resistance(const BondEnd &first, const BondEnd &second)
 /// Weight of a particle's mass [-]: the mean weight of its stored bonds to active particles, or its own weight without any such
 /// bond. With its own weight alone, a particle at the end of the overlap would be too light for its bonds and raise the largest
 /// frequency.
-/// @param active, @param weight by index in the packing
+/// @p active, @p weight by index in the packing Theory (4.8).
 inline double mass_weight(int particle, const Packing &packing, const StoredBonds &stored_bonds,
                           const std::vector<char> &active, const Eigen::VectorXd &weight)
 {

@@ -94,7 +94,7 @@ struct BondStrain
   Real slope;              ///< derivative of |u_t| by a displacement across the bond, 1 + O(strain) [-]
 };
 
-/// @param rest_length d0 [m]; @param first, @param second the reference normal of the bond, rotated with either particle.
+/// @param rest_length d0 [m]; @p first, @p second the reference normal of the bond, rotated with either particle.
 /// u_t = d0 (n (n.e) - e), where e is the mean of the rotated reference normals, weighted with the shares of the branches.
 template <int dim, typename Real>
 [[gnu::always_inline]] inline BondStrain<dim, Real> bond_strain(const Pair<dim, Real> &pair, const Real &rest_length,
@@ -158,7 +158,7 @@ enum class Failure
   shear
 };
 
-/// F_n >= R_n.
+/// F_n >= R_n. Theory (3.7).
 template <int dim, typename Real>
 [[gnu::always_inline]] inline auto fails_in_tension(const BondStrain<dim, Real> &strain, const BondParameters &bond)
 {
@@ -244,7 +244,8 @@ Friction<dim> coulomb(const Vector<dim> &trial, double stiffness, double normal_
   return {spring, stiffness * spring, true};
 }
 
-/// Viscosity of a spring with a fraction of its critical damping, c = 2 xi sqrt(m12 k) (Onate & Rojek 2004) [N s/m].
+/// Viscosity of a spring with a fraction of its critical damping, c = 2 xi sqrt(m12 k) (Onate & Rojek 2004) [N s/m]. Theory
+/// (3.14).
 inline double viscosity(double fraction, double mass_first, double mass_second, double stiffness)
 {
   return 2. * fraction * std::sqrt(mass_first * mass_second / (mass_first + mass_second) * stiffness);

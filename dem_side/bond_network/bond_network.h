@@ -9,7 +9,7 @@ namespace kerf::dem
 /// Moduli by a static solve of the bond network (2D: sparse Cholesky, 3D: conjugate gradients). The outer skin of the sample
 /// follows a uniform strain and the inside relaxes. Stress (bond virial over Laguerre cells) and strain (least-squares
 /// displacement gradient) are measured well inside. Throws std::invalid_argument when the packing is too small.
-/// @param k_n, @param k_t stiffnesses of a bond [N/m] (2D: per metre)
+/// @p k_n, @p k_t stiffnesses of a bond [N/m] (2D: per metre)
 /// @param sample_size at most about this many particles from the middle of the packing are used.
 Moduli relaxed_moduli(const Packing &packing, double k_n, double k_t, int sample_size = 20000);
 

@@ -16,7 +16,7 @@ class BondSample
 public:
   virtual ~BondSample() = default;
   /// Moduli with the free particles in equilibrium [Pa]. Keeps the symbolic factorisation and the last solution between calls.
-  /// @param k_n, @param k_t stiffnesses of a bond [N/m] (2D: per metre)
+  /// @p k_n, @p k_t stiffnesses of a bond [N/m] (2D: per metre)
   virtual Moduli relaxed(double k_n, double k_t) = 0;
   /// Moduli with all particles following the strain [Pa].
   virtual Moduli affine(double k_n, double k_t) const = 0;

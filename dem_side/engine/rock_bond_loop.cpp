@@ -293,7 +293,7 @@ void add_damping(ParticleRow<dim> &first, ParticleRow<dim> &second, const law::P
 }
 } // namespace
 
-/// Contact without a bond: unilateral, with Coulomb friction.
+/// Contact without a bond: unilateral, with Coulomb friction. Theory (3.11), (3.12).
 template <int dim>
 template <bool damped>
 typename RockBondLoop<dim>::ContactSprings RockBondLoop<dim>::contact(const DebrisPair &debris, bool step, bool just_broken)

@@ -9,7 +9,7 @@
 /// corner k to k + 1, 4 to 6 for corner k.
 namespace kerf::dem
 {
-/// @param corner_a, @param corner_b, @param inside features to report for the ends of the segment and between them
+/// @p corner_a, @p corner_b, @p inside features to report for the ends of the segment and between them
 inline Eigen::Vector3d closest_on_segment(const Eigen::Vector3d &a, const Eigen::Vector3d &b, const Eigen::Vector3d &x,
                                           int corner_a, int corner_b, int inside, int &feature)
 {

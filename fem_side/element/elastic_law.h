@@ -11,7 +11,7 @@ struct FiniteStrain
 {
   static constexpr bool linear = false;
 
-  /// E = (H + H^T + H^T H)/2.
+  /// E = (H + H^T + H^T H)/2. Theory (2.1).
   template <int dim, typename Number>
   static void strain(const Number (&H)[dim][dim], Number (&E)[dim][dim])
   {
@@ -164,7 +164,8 @@ struct ElasticLaw : Measure
     second_piola<dim>(E, pressure, S);
     return pressure;
   }
-  /// The same with a mean of the dilatation over the cell (B-bar, Hughes 1980): the deviator of E keeps its stress.
+  /// The same with a mean of the dilatation over the cell (B-bar, Hughes 1980): the deviator of E keeps its stress. Theory
+  /// (2.5).
   template <int dim, typename Number>
   Number second_piola_of_mean(const Number (&E)[dim][dim], const Number &mean_dilatation, Number (&S)[dim][dim]) const
   {

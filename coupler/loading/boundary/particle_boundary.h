@@ -66,7 +66,7 @@ private:
   std::vector<int> local; // particles of this rank with a role
 };
 
-/// Force of a dashpot on a particle [N].
+/// Force of a dashpot on a particle [N]. Theory (9.18).
 Eigen::Vector3d dashpot_force(const ParticleBoundary::Dashpot &dashpot, double weight, double impedance_p, double impedance_s,
                               const Eigen::Vector3d &velocity);
 } // namespace kerf

@@ -11,7 +11,7 @@
 namespace kerf
 {
 /// Chooses the cells that become particles (Labra et al., eq. (5)): sigma > sigma*, the front advancing by at most half an
-/// overlap width an event, and no cell left behind that is enclosed by particle region.
+/// overlap width an event, and no cell left behind that is enclosed by particle region. Theory (7.6), (7.8).
 class ActivationRule
 {
 public:

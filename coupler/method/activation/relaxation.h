@@ -16,7 +16,7 @@ using Accelerations = std::unordered_map<int, Eigen::Vector3d>;
 /// finite elements have there (in a static state: to rest). The projected field is smooth, but particles of a
 /// random packing rest at places that fluctuate about it: let go, the excess of elastic energy would ring and overload bonds.
 /// Velocities stay as projected, bonds do not break meanwhile. Heavy-ball iteration with the diagonal of the stiffness:
-/// step 0.9, memory 0.55 converges for eigenvalues of D^-1 K up to 2 (0.9 x 2 < 2 (1 + 0.55)).
+/// step 0.9, memory 0.55 converges for eigenvalues of D^-1 K up to 2 (0.9 x 2 < 2 (1 + 0.55)). Theory (7.12), (7.13).
 /// @param density of the particles [kg/m^3]. @param moving indices in the packing. @param accelerations what they should have.
 /// @param compute_forces makes the forces for the present positions again; those before the first move are there.
 /// @param springs stiffness of other springs on this rank's particles, for the present order [N/m]; empty: none. Collective.

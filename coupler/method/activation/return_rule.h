@@ -12,11 +12,12 @@
 namespace kerf
 {
 /// Chooses the particle cells that become finite elements again: no bond of their particles has broken, and their stress has
-/// stayed below a fraction of sigma* for a set time. No cell is given back that would be enclosed by particle region.
+/// stayed below a fraction of sigma* for a set time. No cell is given back that would be enclosed by particle region. Theory
+/// (7.16).
 class ReturnRule
 {
 public:
-  /// @param settings, @param mesh, @param packing and @param cells are kept by reference. @param poisson ratio of the rock
+  /// @p settings, @p mesh, @p packing and @p cells are kept by reference. @param poisson ratio of the rock
   ReturnRule(const ActivationSettings &settings, double poisson, const fem::Mesh &mesh, const dem::Packing &packing,
              VirialStress &cells, MPI_Comm comm);
 

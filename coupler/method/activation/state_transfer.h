@@ -12,7 +12,7 @@ namespace kerf
 {
 /// Stored particles that the overlap needs and that are not @p taken yet, with the kinematics of the finite elements at their
 /// place: u = N u_F, v = N v_F, theta = 1/2 curl u_F, omega = 1/2 curl v_F. Same list on every rank. Collective; replaces the
-/// window of the finite elements.
+/// window of the finite elements. Theory (7.10).
 std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap, const dem::Packing &packing,
                                       const std::vector<char> &taken, MPI_Comm comm);
 

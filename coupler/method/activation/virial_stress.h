@@ -16,7 +16,7 @@ using CellStresses = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 class VirialStress
 {
 public:
-  /// @param mesh and @param packing are kept by reference
+  /// @p mesh and @p packing are kept by reference
   VirialStress(const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
     : mesh(mesh), packing(packing), comm(comm), solid(packing.solid_fraction()), cell_of(packing.size(), not_looked_up)
   {
@@ -27,7 +27,7 @@ public:
 
   /// Mean Cauchy stress of the active particles in @p target cells, zero in others: the sum over their bonds of half of branch
   /// (x) force, over the volume of rock that they stand for. Weights are left out. Plane strain in two dimensions with
-  /// Poisson's ratio @p poisson. Collective.
+  /// Poisson's ratio @p poisson. Collective. Theory (7.14), (7.15).
   CellStresses stresses(const std::vector<char> &target, const fem::FemSide &fem, const dem::DemSide &dem, double poisson);
 
 private:

@@ -73,7 +73,7 @@ enum class Refusal
 /// chi_i = u_i - sum_a N_a(X_i) u_a = 0 (Labra et al., eq. (3)). A method decides which forces enforce it. Every method pushes
 /// particles and nodes by opposite forces along the rows of N, which sum to one, and nodes get the couple back that a force not
 /// along chi makes (see CoupleOnNodes), or all forces are the gradient of an energy that no rotation changes (see Corrector):
-/// linear and angular momentum are kept.
+/// linear and angular momentum are kept. Theory (5.1), (5.2).
 ///
 /// A method is one source file and one line in make_constraint.cpp.
 class Constraint

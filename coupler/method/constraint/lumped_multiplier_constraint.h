@@ -13,7 +13,7 @@ namespace kerf
 /// force that would make its velocity agree with the finite elements if its neighbours were pushed alike,
 ///   lambda_i = (dchi_i/dt + kappa chi_i/dt)/(dt D_i),   D_i = 1/m_i + sum_a N_ia/M_a sum_j N_ja.
 /// Smooth motion is tied fully; what differs from particle to particle is damped, so waves that the finite elements cannot
-/// carry are absorbed. kappa takes the gap itself back.
+/// carry are absorbed. kappa takes the gap itself back. Theory (5.19).
 class LumpedMultiplierConstraint : public Constraint
 {
 public:

@@ -13,7 +13,7 @@ namespace kerf
 /// Forces -c_i sum_a N_ia lambda_a on particles and (B lambda)_a on nodes, B = N^T c N, enforce it with
 ///   A lambda = momentum gap/dt,   A = N^T c^2/m N + B M^-1 B.
 /// Each component of displacement has its own masses, which may be infinite. The matrices have entries at the same places, so
-/// the components are solved side by side.
+/// the components are solved side by side. Theory (5.9), (5.12).
 class MultiplierSystem
 {
 public:

@@ -193,7 +193,7 @@ void PenaltyConstraint::apply(Springs<dim> &springs, dem::Particles &particles, 
   fem.add_window_forces(node_force);
 }
 
-/// f_i = -k_i chi_i and its reaction.
+/// f_i = -k_i chi_i and its reaction. Theory (5.3), (5.5).
 template <int dim, bool periodic>
 void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
 {

@@ -15,7 +15,7 @@ namespace kerf
 ///  - mass scaled: k_i = beta mu_i/dt^2 with the weighted masses of ParticleInterpolation::tied_masses(), so that the stiffness
 ///  falls
 ///    with the masses towards both ends of the overlap and adds at most beta to dt^2 omega^2, whatever the cells and weights.
-/// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical.
+/// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical. Theory (5.7).
 /// With a corrector chi_i is the gap to the place that a particle of a random packing fluctuates to about the smooth field (see
 /// Corrector), and nodes get the exact gradient of the springs' energy: no rotation changes it, so it keeps both momenta.
 class PenaltyConstraint : public Constraint
@@ -91,7 +91,7 @@ private:
 /// The constant penalty and the mass-scaled one.
 std::unique_ptr<Constraint> make_penalty(const ConstraintModel &model);
 std::unique_ptr<Constraint> make_mass_scaled_penalty(const ConstraintModel &model);
-/// k_i of both kinds [N/m]; @p mu reduced mass [kg].
+/// k_i of both kinds [N/m]; @p mu reduced mass [kg]. Theory (5.3), (5.5).
 double penalty_stiffness(const PenaltyConstraint::Settings &settings, double share, double mu);
 /// 2 xi sqrt(k share mu) [N s/m]
 double penalty_viscosity(const PenaltyConstraint::Settings &settings, double share, double mu);

@@ -12,7 +12,7 @@ namespace kerf
 namespace
 {
 /// Share of the gap between the mean displacements that is taken back in a step. The velocities are tied exactly, so only the
-/// placing of new particles and forces that the coupler does not see, like local damping, take them apart.
+/// placing of new particles and forces that the coupler does not see, like local damping, take them apart. Theory (5.14).
 constexpr double drift_share = 0.02;
 
 /// Edges of cells in particle diameters below which too few particles are left for means around nodes.
@@ -99,7 +99,7 @@ void MultiplierProjection::project(Eigen::VectorXd &y) const
 } // namespace
 
 /// A particle of the outermost row weighs d/(2 L_o). Springs of that share of k_n give way to its load by about the strain of a
-/// diameter, and are a per cent of the stiffness of a particle that weighs one half.
+/// diameter, and are a per cent of the stiffness of a particle that weighs one half. Theory (5.17).
 std::unique_ptr<Constraint> make_weak_multipliers(const ConstraintModel &model)
 {
   WeakMultiplierConstraint::Settings settings;
@@ -274,7 +274,7 @@ void WeakMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Par
 
 /// Holds light particles by springs along chi, relaxes fluctuations by f_i = -viscosity (v_i - sum_a N_a v_a), and adds up at
 /// the nodes, three rows each: c N (velocity after the step, with what chi asks for to close), reaction of the
-/// relaxation, reaction of the springs.
+/// relaxation, reaction of the springs. Theory (5.11), (5.15), (5.17).
 template <int dim, bool periodic>
 void WeakMultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
@@ -328,7 +328,7 @@ void WeakMultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Par
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, settings.comm);
 }
 
-/// The multipliers, and the forces at the nodes; the first rank adds them.
+/// The multipliers, and the forces at the nodes; the first rank adds them. Theory (5.12).
 template <int dim>
 void WeakMultiplierConstraint::solve(double tau)
 {

@@ -15,7 +15,7 @@ namespace kerf
 /// that of the finite elements, exactly, at every half step (see MultiplierSystem). Particles keep their fluctuations about
 /// that mean, which a random packing needs; a viscous tie relaxes them by a fraction rho a step, so that what the finite
 /// elements cannot carry fades in the overlap. Towards the outer end of the overlap, where particles weigh less and less
-/// against the loads that the multipliers pass on, weak springs hold each of them near its point.
+/// against the loads that the multipliers pass on, weak springs hold each of them near its point. Theory (5.9).
 class WeakMultiplierConstraint : public Constraint
 {
 public:
@@ -90,7 +90,8 @@ private:
 };
 
 std::unique_ptr<Constraint> make_weak_multipliers(const ConstraintModel &model);
-/// What of a particle's fluctuation is relaxed and held: its share, but all of it where it weighs next to nothing. [-]
+/// What of a particle's fluctuation is relaxed and held: its share, but all of it where it weighs next to nothing. [-] Theory
+/// (5.16).
 double fluctuation_share(double weight, double share);
 /// holding (1 - w)^2 for that share, less where the particle's mass would make it govern the stable step [N/m]. @param mass
 /// weighted [kg]

@@ -100,7 +100,7 @@ std::vector<char> Overlap::on_region_border() const
 }
 
 /// In a uniform stress the weighted bonds of a particle load it with sum_j (w_j - w_i)/2 f_ij, f_ij along the branch x_ij for
-/// the most part. Linear weights change along the distance phi, which is constant outside the overlap.
+/// the most part. Linear weights change along the distance phi, which is constant outside the overlap. Theory (4.5).
 double Overlap::share_of(const int particle) const
 {
   const auto depth = [&](int i) { return std::clamp(particle_distance.values()[i], 0., overlap_width); };

@@ -11,7 +11,7 @@ namespace kerf
 {
 /// Distance of a fixed set of points from a growing set of cells. The set only grows, so a new cell can only lower
 /// distances: phi = min(phi, distance to the new cell), exact and local. Points farther than @p reach keep phi = reach.
-/// In a periodic mesh the images of a cell count like the cell.
+/// In a periodic mesh the images of a cell count like the cell. Theory (4.1).
 class RegionDistance
 {
 public:

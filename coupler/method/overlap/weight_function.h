@@ -9,6 +9,7 @@ namespace kerf
 {
 /// FE share alpha at distance @p phi [m] from the particle region, for an overlap of width @p width [m]: 0 in the particle
 /// region, 1 beyond the overlap. The DE share is 1 - alpha. (Xiao & Belytschko 2004, linear; Bauman et al. 2008, cubic, 1/2)
+/// Theory (4.2).
 inline double fe_weight(WeightFunction function, double phi, double width)
 {
   if (phi <= 0.)

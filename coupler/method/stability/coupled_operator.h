@@ -16,12 +16,12 @@ namespace kerf
 /// The linear coupled model at rest, or the part of it in a box: weighted finite elements, weighted bonds and what ties them.
 /// Velocity Verlet with forces from velocities of half a step ago is stable while
 ///   lambda_max(M^-1 (dt^2 K + 2 dt C)) <= 4,
-/// on the motions that multipliers allow (z = -1 of the step's amplification; Belytschko, Liu & Moran 2000, sec. 6.2).
-/// The same on every rank.
+/// on the motions that multipliers allow (z = -1 of the step's amplification; Belytschko, Liu & Moran 2000, sec. 6.2). Theory
+/// (8.1). The same on every rank.
 class CoupledOperator
 {
 public:
-  /// @param constraint kept by reference. @param tied and @param active as in the run, by index in the packing. Collective.
+  /// @param constraint kept by reference. @p tied and @p active as in the run, by index in the packing. Collective.
   CoupledOperator(const dem::NetworkOperator::Material &bonds, Constraint &constraint, const fem::FemSide &fem,
                   const dem::Packing &packing, const Overlap &overlap, const std::vector<TiedParticle> &tied,
                   const std::vector<char> &active, const Box &part, MPI_Comm comm);

@@ -24,7 +24,7 @@ double with_spring(double step, double omega2)
 
 /// Share of the stable step that contact damping leaves. Damping is a fraction xi of critical for a pair; the highest mode of
 /// the pack sees it through more contacts, xi_max = xi omega_max sqrt(m/(2 k_n)). Limit with damping: (2/omega) (sqrt(1 + xi^2)
-/// - xi).
+/// - xi). Theory (8.6), (8.7).
 double left_by_damping(const ModelSettings &settings, double omega, double mean_mass)
 {
   const double xi = settings.bond.damping * omega * std::sqrt(mean_mass / (2. * settings.bond.k_n));
@@ -158,7 +158,7 @@ StableSteps elastic_steps(const ModelSettings &settings, Mode mode, fem::FemSide
     solve_overlap(cells, sides);
     return steps;
   }
-  // (dt/sides)^2 4 + ties(dt) = 4, by bisection; a weight at the end of the overlap is about d/(2 L_o).
+  // (dt/sides)^2 4 + ties(dt) = 4, by bisection; a weight at the end of the overlap is about d/(2 L_o). Theory (8.10).
   const double lightest = mean_mass * 0.5 * packing.mean_diameter / std::max(settings.overlap.width, packing.mean_diameter);
   double lower = 0., upper = sides;
   for (int k = 0; k < 60; ++k)
@@ -175,7 +175,7 @@ StableSteps elastic_steps(const ModelSettings &settings, Mode mode, fem::FemSide
 }
 
 /// Local damping takes a share of the force against the velocity. A motion that turns back in every step moves against its
-/// springs: there it adds that share to their stiffness, and to omega^2.
+/// springs: there it adds that share to their stiffness, and to omega^2. Theory (8.11).
 double stiffened_by_damping(const ModelSettings &settings)
 {
   return 1. + settings.local_damping;

@@ -17,7 +17,7 @@ namespace kerf
 /// Where particles belong that fluctuate about the smooth field (see Fluctuations):
 ///   X_i + u + F C_i : E,   u = N u_a,   E = N E_a,   E_a = (F_a^T F_a - 1)/2,   F_a = 1 + H_a
 /// with the gradients H_a recovered at the nodes and F that in the middle of its cell. So the fluctuation turns with the rock,
-/// and an energy of the gap to that place is none of a rotation: it keeps angular momentum.
+/// and an energy of the gap to that place is none of a rotation: it keeps angular momentum. Theory (6.4), (6.5).
 class Corrector
 {
 public:
@@ -34,7 +34,7 @@ public:
   /// Before rows, places or gradients are asked for. @param node_mass by node [kg]
   void set_masses(const Eigen::VectorXd &node_mass) { recovered.set_masses(node_mass); }
 
-  /// Rows N + C : B of particles, B the strains interpolated from those recovered at the nodes.
+  /// Rows N + C : B of particles, B the strains interpolated from those recovered at the nodes. Theory (6.9).
   std::vector<Row> rows(const std::vector<int> &particles) const;
 
   /// What the nodes of a row are moved by at most: |P_b|.
@@ -47,7 +47,7 @@ public:
   /// Of rows; those of the particles asked for before are kept, until the next call.
   std::vector<const Lengths *> lengths(const std::vector<int> &particles);
 
-  /// Moves particles from the smooth field to where they belong, with the rates that go with it.
+  /// Moves particles from the smooth field to where they belong, with the rates that go with it. Theory (6.11).
   /// @param u displacement and @param v velocity of all nodes
   void place(std::vector<dem::NewParticle> &particles, const Eigen::Matrix3Xd &u, const Eigen::Matrix3Xd &v) const;
 

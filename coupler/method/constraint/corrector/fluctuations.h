@@ -12,11 +12,12 @@ namespace kerf
 /// How the particles of a random packing fluctuate about a smooth field, by the strain of the field: C_i of
 ///   K C + W^T lambda = -K (eps x),   W C = 0,   W = N^T m,
 /// for each unit strain eps of the bonded packing as it lies in the store, with its free surfaces. The mean around every node
-/// stays that of the field, so only what the cells cannot resolve is left. A static solve, minutes for some 1e5 spheres.
+/// stays that of the field, so only what the cells cannot resolve is left. A static solve, minutes for some 1e5 spheres. Theory
+/// (6.1).
 class Fluctuations
 {
 public:
-  /// @param k_n @param k_t of the bonds [N/m]
+  /// @p k_n @p k_t of the bonds [N/m]
   Fluctuations(const dem::Packing &packing, double k_n, double k_t, const fem::FemSide &fem);
 
   /// Displacement [m] or, after those, rotation [rad] of particle @p i for a unit strain, see StrainComponents.

@@ -10,7 +10,7 @@
 namespace kerf
 {
 /// Green's strain E_a = (F_a^T F_a - 1)/2 at the nodes of the entries and F of their cells, by the displacements of the window,
-/// and the transpose: from what is given to E and F to the forces on the window's nodes. See Corrector.
+/// and the transpose: from what is given to E and F to the forces on the window's nodes. See Corrector. Theory (6.5), (6.8).
 template <int dim>
 class NodalStrain
 {

@@ -8,7 +8,7 @@
 namespace kerf
 {
 /// Gradients of a field at the nodes: the mean over the cells around a node of the gradients at their centres. Cells whose
-/// nodes do not all have mass do not count, as such nodes rest.
+/// nodes do not all have mass do not count, as such nodes rest. Theory (6.6).
 class RecoveredGradient
 {
 public:

@@ -7,7 +7,7 @@ namespace kerf
 {
 /// Couples of ties on the nodes that carry them. A tie's force on its particle and the reaction at the point of the finite
 /// elements are apart by chi: where the force is not along chi they turn the body. The gaps are small and so are the couples;
-/// the nodes get them back together, as the forces that turn a rigid body with their masses.
+/// the nodes get them back together, as the forces that turn a rigid body with their masses. Theory (5.21), (5.22).
 class CoupleOnNodes
 {
 public:

@@ -61,7 +61,7 @@ public:
   /// The mass that a spring between a particle and its point moves when its neighbours' springs pull alike,
   ///   1/mu_i = 1/m_i + sum_a N_ia/M_a sum_j share_j N_ja   [kg],
   /// for the entries as they are; 0 when a node without mass is involved, which can carry no reaction. No motion makes
-  /// sum_i share_i mu_i |chi_i|^2 larger than the sum of the masses times its square. Collective.
+  /// sum_i share_i mu_i |chi_i|^2 larger than the sum of the masses times its square. Collective. Theory (5.4), (5.6).
   std::vector<double> tied_masses(const dem::Particles &particles, fem::FemSide &fem) const;
 
   const std::vector<InterpolatedParticle> &entries() const { return list; }

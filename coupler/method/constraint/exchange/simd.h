@@ -87,7 +87,7 @@ struct PackedVectors<2>
     store_one(v + begin[1], __builtin_shufflevector(pack, pack, 2, 3));
     store_one(v + begin[0], __builtin_shufflevector(pack, pack, 0, 1));
   }
-  /// The number of each entry for all of its components. @param number of the pack in the batch
+  /// The number of each entry for all of its components. The integer is the number of the pack in the batch.
   [[gnu::always_inline]] static SimdPack spread(const SimdLanes &v, int /*number*/)
   {
     return __builtin_shufflevector(v, v, 0, 0, 1, 1, 2, 2, 3, 3);
