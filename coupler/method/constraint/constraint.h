@@ -114,7 +114,7 @@ public:
 
   // The coupled operator M^-1 (dt^2 K + 2 dt C), see CoupledOperator.
 
-  /// dt^2 k + 2 dt c of a tie [kg].
+  /// dt^2 k + 2 dt c of a tie [kg]. Theory (8.2).
   virtual double operator_coefficient(const OperatorTie &tie, double dt) const = 0;
   /// Rows in place of the shape functions, one for each of @p tied; empty: the shape functions. Collective.
   virtual std::vector<TieRow> rows(const fem::FemSide &, const std::vector<TiedParticle> & /*tied*/) { return {}; }

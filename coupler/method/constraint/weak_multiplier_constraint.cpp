@@ -18,7 +18,7 @@ constexpr double drift_share = 0.02;
 /// Edges of cells in particle diameters below which too few particles are left for means around nodes.
 constexpr double finest_cells = 1.5;
 
-/// The weak constraint on motions of the coupled operator.
+/// The weak constraint on motions of the coupled operator. Theory (8.3).
 class MultiplierProjection : public MotionProjection
 {
 public:
