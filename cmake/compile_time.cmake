@@ -26,3 +26,10 @@ function(kerf_compile_together target group)
     set_source_files_properties(${ARGN} PROPERTIES UNITY_GROUP ${group})
   endif()
 endfunction()
+
+# kerf_compile_with(OPTIONS options... FILES files...): files with optimisation flags of their own. GCC takes these flags from a
+# precompiled header and ignores those of the command, so such files use none.
+function(kerf_compile_with)
+  cmake_parse_arguments(ARG "" "" "OPTIONS;FILES" ${ARGN})
+  set_source_files_properties(${ARG_FILES} PROPERTIES COMPILE_OPTIONS "${ARG_OPTIONS}" SKIP_PRECOMPILE_HEADERS ON)
+endfunction()
