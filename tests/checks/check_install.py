@@ -42,18 +42,20 @@ def hiding():
     return []
 
 
-def plain_python(path):
-    """A directory with a python3 that finds no installed modules."""
+def path_directory(path, with_python):
+    """A directory for PATH without programs, or with a python3 that finds no installed modules."""
     path.mkdir()
-    (path / "python3").write_text(f'#!/bin/sh\nexec {sys.executable} -S "$@"\n')
-    (path / "python3").chmod(0o755)
+    if with_python:
+        (path / "python3").write_text(f'#!/bin/sh\nexec {sys.executable} -S "$@"\n')
+        (path / "python3").chmod(0o755)
     return path
 
 
 def run(hide, program, case, output, path):
     """A few output steps of the case; PATH is what the program looks for Python in."""
     command = [str(program), "run", str(case), "--set", "Time/End time=2e-5", "--set", "Output/Snapshots=2", "--output", str(output)]
-    environment = {**os.environ, "PATH": path}
+    # Open MPI starts no daemon then, which it would look for in PATH.
+    environment = {**os.environ, "PATH": path, "OMPI_MCA_ess_singleton_isolated": "1"}
     return subprocess.run(hide + command, cwd=case.parent, env=environment, capture_output=True, text=True, timeout=250, check=False)
 
 
@@ -76,7 +78,7 @@ def installed_run(prefix, work):
     print("sources and build are hidden" if hide else "this system hides no directories: only the text of the program is checked")
     case = work / "a user's case"
     shutil.copytree(prefix / "share/kerf/cases/disc_cutter_2d", case)
-    plain = plain_python(work / "plain")
+    plain = path_directory(work / "plain", True)
     # The first python3 has no modules, so the next one has to be taken.
     output = work / "a user's results"
     result = run(hide, program, case, output, f"{plain}:{os.environ['PATH']}")
@@ -92,7 +94,7 @@ def installed_run(prefix, work):
     lines = result.stderr.splitlines()
     check("without modules the run is good and one line says which are missing", result.returncode == 0 and len(lines) == 1 and
           str(plain) in lines[0] and all(name in lines[0] for name in MODULES), result.stderr)
-    result = run([], program, case, work / "no python", str(work))
+    result = run([], program, case, work / "no python", str(path_directory(work / "none", False)))
     check("without Python one line says so", result.returncode == 0 and result.stderr.splitlines() ==
           ["figures were not drawn: there is no python3 in PATH"], result.stderr)
 
