@@ -27,7 +27,7 @@ struct EnergyLedger
   /// Energy that it has lost.
   double lost() const { return damping + friction + released + interface + absorbed; }
   double work() const { return tool_work + boundary_work; }
-  /// Error of the balance; round-off when every part is accounted for.
+  /// Error of the balance; round-off when every part is accounted for. Theory (10.3).
   double residual() const { return held() + lost() - initial - work() - conversion; }
   /// Largest amount of energy in the balance, as the scale of its residual.
   double turnover() const;

@@ -10,7 +10,7 @@ namespace kerf
 {
 /// Work of forces that the coupler adds to particles, by the trapezoidal rule over each step: mean of the forces at its two
 /// ends times the displacement between them. Velocity Verlet balances energy exactly in this measure: the gain of m/2 v^{n-1/2}
-/// v^{n+1/2} equals the work of all forces.
+/// v^{n+1/2} equals the work of all forces. Theory (10.4).
 class ParticleWork
 {
 public:

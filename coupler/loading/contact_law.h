@@ -7,7 +7,7 @@
 namespace kerf
 {
 /// Contact between a surface and a body that touches it, of the tool with the rock and of debris with the rock: linear spring
-/// and dashpot, no tension, Coulomb friction regularised by the tangential dashpot.
+/// and dashpot, no tension, Coulomb friction regularised by the tangential dashpot. Theory (9.6), (9.7).
 struct ContactLaw
 {
   double friction = 0.; ///< Coulomb coefficient [-]

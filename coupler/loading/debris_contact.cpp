@@ -236,7 +236,7 @@ void DebrisContact::find_near(const dem::Particles &particles, const fem::Surfac
 
 /// Overlap of a fragment with the surface at @p distance from its centre [m]; not positive: no contact. The depth by which it
 /// was embedded does not count and shrinks as the fragment moves out. An overlap that appears within one step did not arise by
-/// motion: the fragment came from within the rock, where there is no surface, and is embedded by that much more.
+/// motion: the fragment came from within the rock, where there is no surface, and is embedded by that much more. Theory (9.12).
 double DebrisContact::update_overlap(const Fragment &fragment, double distance)
 {
   ContactState &m = states.at(fragment.index);

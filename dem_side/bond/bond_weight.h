@@ -12,7 +12,7 @@
 ///   w_ij = (r_i w_i + r_j w_j)/(r_i + r_j).
 /// Its branches divide the distance in the ratio of radius times weight. The torque of the bond on particle i is then w_i times
 /// that of the bond without weights. Torques that balance without weights, as in a body under uniform strain, therefore balance
-/// with any weights.
+/// with any weights. Theory (4.6), (4.9).
 /// A particle of little weight has a short branch, so shear hardly resists its rotation. Weighted bonds therefore also resist
 /// the relative rotation of their ends, see rolling_resistance(). Under uniform strain there is no relative rotation.
 namespace kerf::dem
@@ -41,6 +41,7 @@ inline double bond_weight(const BondEnd &first, const BondEnd &second)
 
 /// Stiffness of the bond against relative rotation of its ends, divided by its unweighted shear stiffness times its length
 /// squared [-]. It holds a particle without weight as a shear spring with a branch of half of the length would.
+/// Theory (4.10).
 inline double rolling_resistance(const BondEnd &first, const BondEnd &second)
 {
   const double a = first.weighted * second.radius, b = second.weighted * first.radius;
@@ -51,7 +52,7 @@ inline double rolling_resistance(const BondEnd &first, const BondEnd &second)
 /// Weight of a particle's mass [-]: the mean weight of its stored bonds to active particles, or its own weight without any such
 /// bond. With its own weight alone, a particle at the end of the overlap would be too light for its bonds and raise the largest
 /// frequency.
-/// @p active, @p weight by index in the packing Theory (4.8).
+/// Theory (4.8). @p active, @p weight by index in the packing
 inline double mass_weight(int particle, const Packing &packing, const StoredBonds &stored_bonds,
                           const std::vector<char> &active, const Eigen::VectorXd &weight)
 {

@@ -14,7 +14,7 @@
 /// sec. 2; Rojek et al., IJSS 49, 2012). The law is written in total form: every force is a derivative of the potential
 ///   U = k_n u_n^2 / 2 + k_t |u_t|^2 / 2
 /// of the present positions and rotations. So there is no drift, and the pair conserves momentum, angular momentum and energy.
-/// For small strains the law is the incremental one of the papers.
+/// For small strains the law is the incremental one of the papers. Theory (3.4).
 ///
 /// Real is double, or SimdPack for several pairs at once. Functions with branches exist for double only.
 namespace kerf::dem::law
@@ -96,6 +96,7 @@ struct BondStrain
 
 /// @param rest_length d0 [m]; @p first, @p second the reference normal of the bond, rotated with either particle.
 /// u_t = d0 (n (n.e) - e), where e is the mean of the rotated reference normals, weighted with the shares of the branches.
+/// Theory (3.3).
 template <int dim, typename Real>
 [[gnu::always_inline]] inline BondStrain<dim, Real> bond_strain(const Pair<dim, Real> &pair, const Real &rest_length,
                                                                 const Vector<dim, Real> &first, const Vector<dim, Real> &second)
@@ -116,6 +117,7 @@ struct PairLoad
 };
 
 /// Minus the derivative of the potential. The moment of the two forces balances the two torques exactly.
+/// Theory (3.5), (3.6).
 /// @param share the weight of the bond, a factor on its load [-].
 template <int dim, typename Real>
 [[gnu::always_inline]] inline PairLoad<dim, Real> bond_load(const Pair<dim, Real> &pair, const BondStrain<dim, Real> &strain,
@@ -165,7 +167,7 @@ template <int dim, typename Real>
   return Real(bond.k_n) * strain.elongation >= Real(bond.R_n);
 }
 
-/// |F_t| >= R_t + mu_b F_c: Mohr-Coulomb with the cohesion R_t, which tension does not reduce.
+/// |F_t| >= R_t + mu_b F_c: Mohr-Coulomb with the cohesion R_t, which tension does not reduce. Theory (3.8).
 template <int dim, typename Real>
 [[gnu::always_inline]] inline auto fails_in_shear(const BondStrain<dim, Real> &strain, const BondParameters &bond)
 {
@@ -228,8 +230,8 @@ struct Friction
   bool sliding;
 };
 
-/// Trial force and return to Coulomb's limit. @param trial tangential spring before the return [m]; @param stiffness, @param
-/// normal_force of the contact [N/m], [N];
+/// Trial force and return to Coulomb's limit. Theory (3.13). @param trial tangential spring before the return [m];
+/// @param stiffness, @param normal_force of the contact [N/m], [N];
 /// @param damping_force viscous tangential force on the first particle [N], dropped while sliding.
 template <int dim>
 Friction<dim> coulomb(const Vector<dim> &trial, double stiffness, double normal_force, double coefficient,

@@ -22,6 +22,6 @@ Moduli affine_moduli(const Packing &packing, double k_n, double k_t);
 ElasticCalibration calibrate_elastic(const Packing &packing, double young, double poisson);
 
 /// Largest angular frequency [rad/s] of the free network with translations and rotations: a safe upper estimate by Lanczos
-/// iteration on M^-1 K. @param density of the particles [kg/m^3], see Packing::particle_density().
+/// iteration on M^-1 K. Theory (8.6). @param density of the particles [kg/m^3], see Packing::particle_density().
 double largest_frequency(const Packing &packing, double k_n, double k_t, double density);
 } // namespace kerf::dem

@@ -27,6 +27,7 @@ std::unique_ptr<BondSample> make_bond_sample(const Packing &packing, int sample_
 /// unknowns are the fluctuations about the uniform strain, so the weak diagonal that keeps unconnected parts solvable acts on
 /// fluctuations only. The mean stress is the sum of the particles' virials over the sum of their Laguerre cells, both weighted
 /// by a window function. The result is therefore exact for a lattice, which has no fluctuations and equal cells.
+/// Theory (11.7), (11.8).
 template <int dim>
 class BondSampleOf : public BondSample
 {

@@ -349,6 +349,7 @@ typename RockBondLoop<dim>::ContactSprings RockBondLoop<dim>::contact(const Debr
 /// The bond becomes a contact whose tangential spring starts with the shear of the bond. The elastic energy that the contact
 /// cannot hold is released. In this step the particles moved without the force that the bond would have at the end of the step.
 /// By the trapezoidal rule half of the work of that force is missing in the bond, so it is not released either.
+/// Theory (3.17).
 template <int dim>
 template <bool damped>
 void RockBondLoop<dim>::break_bond(const typename IntactBonds<dim>::Failing &bond)

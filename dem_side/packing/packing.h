@@ -149,7 +149,7 @@ using Progress = std::function<void(double, const std::string &)>;
 /// one line when the settings are wrong or leave no room for particles, std::runtime_error when the compaction fails.
 Packing generate_packing(const PackingSettings &settings, const Progress &progress = {});
 
-/// Bonds every pair with a gap below @p gap_tolerance times the mean radius of all particles.
+/// Bonds every pair with a gap below @p gap_tolerance times the mean radius of all particles. Theory (11.5).
 void bond_by_gap(Packing &packing, double gap_tolerance);
 
 /// The store is an HDF5 file; for its errors see Hdf5Writer and Hdf5Reader.

@@ -18,7 +18,7 @@ namespace kerf::fem
 /// stress. The strains of xi eta zeta are uniaxial. There is no transverse shear and no constrained volume change, so the cell
 /// does not lock in bending or when nearly incompressible. Strains are covariant components along the cell's edges at its
 /// centre; with finite strain these are the deformed edges F J. So rotations do not matter and forces are the derivative of an
-/// energy.
+/// energy. Theory (2.6), (2.7), (2.11) to (2.13).
 template <int dim>
 class OnePointIntegration
 {

@@ -22,6 +22,28 @@ inline std::vector<int> partners(const Packing &packing)
   return count;
 }
 
+/// Settings of a triangular lattice of discs of 2 mm in a box of the given sides [mean diameters].
+inline PackingSettings triangular(double width, double height)
+{
+  PackingSettings settings;
+  settings.kind = "triangular";
+  settings.mean_diameter = 2e-3;
+  settings.lower = {-1e-2, 5e-3, 0.};
+  settings.upper = settings.lower + Eigen::Vector3d(width, height, 0.) * settings.mean_diameter;
+  return settings;
+}
+
+/// Equal discs at the given centres [m], without bonds.
+inline Packing from_points(const std::vector<Eigen::Vector3d> &points, double radius)
+{
+  Packing packing;
+  packing.positions.resize(3, points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    packing.positions.col(i) = points[i];
+  packing.radii.setConstant(points.size(), radius);
+  return packing;
+}
+
 /// What generate_packing() says of settings that it does not take.
 inline std::string error_of(const PackingSettings &settings)
 {

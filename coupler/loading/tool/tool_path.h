@@ -8,7 +8,7 @@
 namespace kerf
 {
 /// Prescribed motion of the disc's centre: the polygon of way points, averaged over the smoothing time. The velocity is
-/// continuous. On straight parts the path is exact.
+/// continuous. On straight parts the path is exact. Theory (9.1).
 class ToolPath
 {
 public:

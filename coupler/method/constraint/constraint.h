@@ -117,7 +117,7 @@ public:
 
   // The coupled operator M^-1 (dt^2 K + 2 dt C), see CoupledOperator.
 
-  /// dt^2 k + 2 dt c of a tie [kg].
+  /// dt^2 k + 2 dt c of a tie [kg]. Theory (8.2).
   virtual double operator_coefficient(const OperatorTie &tie, double dt) const = 0;
   /// Rows that replace the shape functions, one for each of @p tied. Empty when the constraint uses the shape functions.
   /// Collective.

@@ -19,7 +19,7 @@ constexpr double drift_share = 0.02;
 /// Smallest cell edge in particle diameters. Smaller cells hold too few particles for means around nodes.
 constexpr double finest_cells = 1.5;
 
-/// Projection onto the motions that satisfy the weak constraint, for the coupled operator.
+/// Projection onto the motions that satisfy the weak constraint, for the coupled operator. Theory (8.3).
 class MultiplierProjection : public MotionProjection
 {
 public:

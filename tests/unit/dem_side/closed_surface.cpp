@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/geometry/closed_surface.h"
-#include "dem_side/packing/laguerre.h"
 #include "tests/support/test_surfaces.h"
 
-#include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <random>
-#include <unistd.h>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 using namespace kerf::dem;
 using Eigen::Vector3d;
@@ -27,25 +25,6 @@ std::string error_of(int dim, const SurfaceMesh &mesh)
     return error.what();
   }
   return "no error";
-}
-
-std::string stl_error_of(const std::string &bytes)
-{
-  const std::string path = std::filesystem::temp_directory_path() / ("kerf_surface_" + std::to_string(getpid()) + ".stl");
-  std::ofstream(path, std::ios::binary) << bytes;
-  std::string text = "no error";
-  try
-  {
-    read_stl(path);
-  }
-  catch (const std::invalid_argument &error)
-  {
-    text = error.what();
-    EXPECT_EQ(text.substr(0, path.size() + 2), path + ": ");
-    text = text.substr(path.size() + 2);
-  }
-  std::filesystem::remove(path);
-  return text;
 }
 } // namespace
 
@@ -123,61 +102,4 @@ TEST(ClosedSurface, WhatIsNotClosedIsNamed)
   twice.facets.push_back({{0, 3, -1}});
   EXPECT_EQ(error_of(2, twice).substr(0, 85),
             "closed surface: touches itself, 2 points belong to more than two facets, the first at");
-}
-
-TEST(StlFile, BothFormatsGiveTheSurface)
-{
-  const SurfaceMesh mesh = test::sphere(2, 0.5, {1., 1., 1.});
-  const std::string path = std::filesystem::temp_directory_path() / ("kerf_stl_" + std::to_string(getpid()) + ".stl");
-  for (const bool binary : {false, true})
-  {
-    test::write_stl(mesh, path, binary);
-    const SurfaceMesh read = read_stl(path);
-    ASSERT_EQ(read.facets.size(), mesh.facets.size());
-    // Single precision in the binary format: corners merge all the same.
-    EXPECT_NEAR(ClosedSurface(3, read, 0.1).volume(), ClosedSurface(3, mesh, 0.1).volume(), 1e-6);
-  }
-  std::filesystem::remove(path);
-}
-
-TEST(StlFile, DamagedOnesAreNamed)
-{
-  EXPECT_EQ(stl_error_of("some text"), "is not an STL file");
-  EXPECT_EQ(stl_error_of(""), "is not an STL file");
-  EXPECT_EQ(stl_error_of("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 x\n"), "vertex 1 does not have three numbers");
-  EXPECT_EQ(stl_error_of("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\n"),
-            "facet 1 does not have three vertices");
-  try
-  {
-    read_stl("/nowhere/a.stl");
-    FAIL() << "no error";
-  }
-  catch (const std::invalid_argument &error)
-  {
-    EXPECT_STREQ(error.what(), "/nowhere/a.stl: cannot be read");
-  }
-}
-
-TEST(LaguerreCells, OfTwoSizesOnACubicLattice)
-{
-  // Radii a and b alternate: the plane to a nearest neighbour lies at s = (D^2 + a^2 - b^2) / (2 D) from a. Cells of the small
-  // ones are cubes of edge 2 (D - s), the large ones share the rest of 2 D^3. Exact up to round-off.
-  const double D = 1., a = 0.52, b = 0.4, s = (D * D + a * a - b * b) / (2. * D);
-  const int n = 7;
-  Packing packing;
-  packing.dim = 3;
-  packing.positions.resize(3, n * n * n);
-  packing.radii.resize(n * n * n);
-  std::vector<char> target(n * n * n, 0);
-  for (int i = 0; i < n * n * n; ++i)
-  {
-    const int x = i % n, y = i / n % n, z = i / (n * n);
-    packing.positions.col(i) << x, y, z;
-    packing.radii[i] = (x + y + z) % 2 ? a : b;
-    target[i] = std::min({x, y, z}) > 2 && std::max({x, y, z}) < n - 2;
-  }
-  const Eigen::VectorXd volumes = laguerre_volumes(packing, target);
-  const double small = 8. * std::pow(D - s, 3);
-  for (int i = 0; i < n * n * n; ++i)
-    EXPECT_NEAR(volumes[i], !target[i] ? 0. : packing.radii[i] == b ? small : 2. * D * D * D - small, 1e-12);
 }
