@@ -13,9 +13,9 @@ namespace kerf
 struct RunOptions
 {
   std::string case_directory;
-  std::optional<Mode> mode; ///< empty: the case's own
+  std::optional<Mode> mode; ///< empty: the mode of the case
   std::vector<Override> overrides;
-  std::string output; ///< empty: results/CASE, or results/CASE_MODE for a mode that is not the case's own
+  std::string output; ///< empty: results/CASE, or results/CASE_MODE when @p mode differs from that of the case
   bool overwrite = false;
 
   std::string results_directory() const;

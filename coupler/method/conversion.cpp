@@ -43,7 +43,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
   event.cells = static_cast<int>(cells.size());
   const CellStresses stress = stresses_of(cells, false);
 
-  std::vector<std::pair<int, double>> weights; // of ties that hold means, around which particles relax_particles
+  std::vector<std::pair<int, double>> weights; // of tied particles, if the constraint acts on means
   if (constraint.tie() == Tie::mean)
     for (const TiedParticle &particle : active_ties())
       weights.emplace_back(particle.index, overlap.de_weights()[particle.index]);
@@ -52,7 +52,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
   for (const auto &[index, weight] : weights)
     if (overlap.de_weights()[index] != weight)
       reweighted.push_back(index);
-  // Project while the finite elements still carry the field everywhere.
+  // Project before the weights change: the finite elements still carry the field everywhere.
   std::vector<dem::NewParticle> particles = project(fem, overlap, packing, dem.is_taken(), comm);
   constraint.place(particles, fem);
   event.particles = static_cast<int>(particles.size());
@@ -62,7 +62,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
   std::vector<int> settling = added;
   settling.insert(settling.end(), reweighted.begin(), reweighted.end());
   Accelerations accelerations = project_accelerations(fem, packing, settling, comm);
-  for (auto &[index, acceleration] : accelerations) // not of what a boundary holds
+  for (auto &[index, acceleration] : accelerations) // none in directions that a boundary condition holds
     for (int c = 0; c < 3; ++c)
       if (boundary.role(index).held || boundary.role(index).blocked[c])
         acceleration[c] = 0.;
@@ -111,7 +111,7 @@ ActivationEvent Conversion::return_to_continuum(const std::vector<int> &cells)
   return event;
 }
 
-/// Stresses of cells as one of the sides has them.
+/// Stresses of cells by one of the two models.
 CellStresses Conversion::stresses_of(const std::vector<int> &cells, bool of_particles)
 {
   std::vector<char> target(fem.mesh().n_cells(), 0);
@@ -133,7 +133,7 @@ CellStresses Conversion::stresses_of(const std::vector<int> &cells, bool of_part
   return stress;
 }
 
-/// Stored bonds of particles that come or go to active ones.
+/// Number of stored bonds between inserted or removed particles and active ones.
 std::int64_t Conversion::bonds_between(const std::vector<int> &added) const
 {
   std::vector<char> is_new(packing.size(), 0);
@@ -146,7 +146,7 @@ std::int64_t Conversion::bonds_between(const std::vector<int> &added) const
   return bonds;
 }
 
-/// The ties of the present overlap to particles that did not leave the domain.
+/// Tied particles of the present overlap, without those that left the domain.
 std::vector<TiedParticle> Conversion::active_ties() const
 {
   std::vector<TiedParticle> ties;
@@ -156,14 +156,14 @@ std::vector<TiedParticle> Conversion::active_ties() const
   return ties;
 }
 
-/// Gives the particles their weights and moves those of a random packing to places where they rest: the projected field is
-/// smooth, they fluctuate about it, and let go they would ring and overload bonds. What accelerates them is not part of that:
-/// it is the load of a passing wave. Velocities stay as projected.
+/// Sets the weights of the particles and moves the particles of a random packing to equilibrium. The projected field is smooth,
+/// but the equilibrium positions fluctuate about it. Without relaxation the particles would oscillate and overload bonds. The
+/// acceleration of the finite elements is kept, since it belongs to a passing wave. Velocities stay as projected.
 void Conversion::relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted,
                                  const std::vector<TiedParticle> &ties, const Accelerations &accelerations)
 {
   const Tie tie = constraint.tie();
-  // In mode dem particles start where bonds are at rest.
+  // In mode dem without initial stress particles start with bonds free of force.
   const bool at_rest =
     settings.activation.relaxation_steps == 0 || (mode == Mode::dem && settings.body.initial_stress.norm() == 0.);
   std::vector<int> moving = added;
@@ -176,9 +176,10 @@ void Conversion::relax_particles(const std::vector<int> &added, const std::vecto
   }
   if (tie == Tie::mean)
   {
-    // With full weights: the places of rest do not depend on how stiffness is shared, and weights would load particles with
-    // forces that the finite elements balance. What was at rest in the old overlap is so no longer. The outermost particles
-    // miss bonds and stay; so do damaged ones, whose contacts would take the move for sliding.
+    // Relax with full weights. The equilibrium positions do not depend on how stiffness is shared, and weights would load
+    // particles with forces that the finite elements balance. Particles in equilibrium in the old overlap are not in
+    // equilibrium in the new one. The outermost particles lack bonds and are not moved. Damaged particles are not moved either,
+    // because their contacts would treat the displacement as sliding.
     moving.insert(moving.end(), reweighted.begin(), reweighted.end());
     const std::vector<char> damaged = damaged_particles();
     const auto stays = [&](int i)
@@ -202,7 +203,7 @@ void Conversion::relax_particles(const std::vector<int> &added, const std::vecto
   }
 }
 
-/// By index in the packing: has a broken bond.
+/// Particles with a broken bond, one flag for each index in the packing.
 std::vector<char> Conversion::damaged_particles() const
 {
   const dem::Particles particles = dem.particles();

@@ -15,31 +15,32 @@
 
 namespace kerf
 {
-/// Changes the model of cells: finite elements become particles, and particles finite elements again. Both sides keep mass,
-/// momentum and motion as far as their fields allow; each change says what it did.
+/// Converts cells between the two models, in both directions. The state is transferred by projection, so mass, momentum and
+/// motion are kept as far as the fields of both models allow. Every conversion returns an audit.
 class Conversion
 {
 public:
-  /// How the model makes the forces of all parts for the present positions.
+  /// Computes all forces of the model at the present positions.
   struct Forces
   {
-    std::function<void()> set_up;  ///< after particles came or went
+    std::function<void()> set_up;  ///< after particles were inserted or removed
     std::function<void()> compute; ///< after particles were moved
   };
 
-  /// All references are kept. @param dt step [s]. @param energies of the model at present
+  /// All references are kept. @param dt time step [s]. @param energies returns the present energies of the model
   Conversion(const ModelSettings &settings, Mode mode, fem::FemSide &fem, dem::DemSide &dem, const dem::Packing &packing,
              Overlap &overlap, Constraint &constraint, const ParticleBoundary &boundary, VirialStress &virial_stress, double dt,
              Forces forces, std::function<EnergyLedger()> energies, MPI_Comm comm);
 
-  /// Converts @p cells, ascending, to particles. Throws UnstableRun when the step is too large for the new overlap. Collective.
+  /// Converts @p cells (ascending) to particles. Throws UnstableRun when the time step is not stable in the new overlap.
+  /// Collective.
   ActivationEvent convert(const std::vector<int> &cells);
 
-  /// Makes converted @p cells, ascending, finite elements again: their bonds should be intact. Throws UnstableRun likewise.
+  /// Returns converted @p cells (ascending) to the continuum. Their bonds should be intact. Throws UnstableRun like convert().
   /// Collective.
   ActivationEvent return_to_continuum(const std::vector<int> &cells);
 
-  /// New particles are moved to rest at present: time stands still and only particles have forces.
+  /// Whether new particles are being relaxed. During relaxation time does not advance and only particles have forces.
   bool relaxing() const { return is_relaxing; }
 
 private:

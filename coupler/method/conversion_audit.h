@@ -10,33 +10,33 @@
 
 namespace kerf
 {
-/// What both sides hold together, to audit a change of models.
+/// Conserved quantities of both sides together, for the audit of a conversion.
 struct ConservedQuantities
 {
   double mass = 0.;                                           ///< [kg]
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();         ///< [N s]
-  Eigen::Vector3d angular_momentum = Eigen::Vector3d::Zero(); ///< about the origin, with the particles' spin [N m s]
+  Eigen::Vector3d angular_momentum = Eigen::Vector3d::Zero(); ///< about the origin, including the spin of the particles [N m s]
   double kinetic = 0., elastic = 0.;                          ///< [J]
-  std::int64_t bonds = 0;                                     ///< of the particles, intact or broken
+  std::int64_t bonds = 0;                                     ///< intact and broken bonds of the particles
 };
-/// @param energies of the same moment. Collective.
+/// @param energies of the model at the same time. Collective.
 ConservedQuantities conserved_quantities(const fem::FemSide &fem, dem::DemSide &dem, const EnergyLedger &energies,
                                          MPI_Comm comm);
 
-/// What one change of models did: both models should behave alike (Labra et al., section on adaptive coupling).
+/// Audit of one conversion. Both models should behave alike (Labra et al., section on adaptive coupling).
 struct ActivationEvent
 {
   std::int64_t step = 0;
   double time = 0.;
-  int cells = 0;                 ///< converted to particles; negative: given back to the finite elements
-  int particles = 0;             ///< taken from the store; negative: put back
-  std::int64_t bonds_stored = 0; ///< between these and any active particle; before and after must differ by them
+  int cells = 0;                 ///< number of cells converted to particles; negative: returned to the continuum
+  int particles = 0;             ///< number of particles inserted; negative: removed
+  std::int64_t bonds_stored = 0; ///< number of stored bonds to active particles that this creates; negative: removes
   ConservedQuantities before, after;
-  double held_before = 0., held_after = 0.; ///< energy of the model, see EnergyLedger::held() [J]
-  double stress = 0.;                       ///< root mean square over the cells of the stress before [Pa]
-  double stress_jump = 0.;                  ///< of the stress after less the stress before [Pa]
+  double held_before = 0., held_after = 0.; ///< energy held by the model, see EnergyLedger::held() [J]
+  double stress = 0.;                       ///< root mean square of the stress before, over the cells [Pa]
+  double stress_jump = 0.;                  ///< root mean square of the difference between the stresses after and before [Pa]
 };
 
-/// Enters the stress before and the jump to the stress after, one column for each cell.
+/// Computes stress and stress_jump of @p event. Each column of @p before and @p after is the stress of one cell.
 void compare_stresses(ActivationEvent &event, const CellStresses &before, const CellStresses &after);
 } // namespace kerf

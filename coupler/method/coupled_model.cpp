@@ -26,7 +26,7 @@ dem::Settings particle_settings(const ModelSettings &settings, const dem::Packin
   result.density = particle_density(settings, packing);
   result.local_damping = settings.local_damping;
   result.time_step = dt;
-  // Fragments fly: the domain is larger than the rock by its height on every side.
+  // The domain exceeds the rock by its height on every side, since fragments fly off.
   const Eigen::Vector3d extent = packing.upper - packing.lower;
   const double margin = std::max(extent[1], 0.5 * extent[0]);
   result.domain_lower = packing.lower.array() - margin;
@@ -72,7 +72,7 @@ void CoupledModel::start()
     record(conversion.convert(cells));
     clock.end_whole();
   }
-  conversion_energy = 0.; // what the body starts with is not a change of models
+  conversion_energy = 0.; // the conversion at the start defines the initial energy
   const EnergyLedger ledger = energies();
   initial_energy = ledger.held() + ledger.lost() - ledger.work();
 }
@@ -93,7 +93,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   if (with_fem)
   {
     if (stepping)
-      fem_side.begin_step(dt, now); // the particles have drifted already
+      fem_side.begin_step(dt, now); // the particles are already at their new positions
     fem_side.compute_forces();
   }
   clock.lap(Part::fem);
@@ -118,18 +118,18 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   clock.lap(Part::dem);
 
   if (!conversion.relaxing() || constraint->tie() == Tie::spring)
-    constraint->apply(phase, particles, fem_side); // sees all other forces
+    constraint->apply(phase, particles, fem_side); // after all other forces, which its multipliers need
   clock.lap(Part::exchange);
 
   boundary.hold(particles, now, dt, boundary_work);
   clock.lap(Part::dem);
   if (with_fem && stepping)
     fem_side.end_step(dt, now);
-  clock.lap(Part::fem); // the particles' second half kick follows when the hook returns
+  clock.lap(Part::fem); // the second half kick of the particles follows when the hook returns
 }
 
-/// Either side notices a runaway before energies are looked at, on all ranks alike. Other errors are none of the physics and
-/// pass.
+/// Reports a diverging side as an unstable run. Either side detects divergence on all ranks before the energies are checked.
+/// Other errors do not come from the physics and pass through.
 template <typename Action>
 void CoupledModel::watched(const Action &action)
 {
@@ -232,7 +232,7 @@ EnergyLedger CoupledModel::energies() const
   ledger.interface = sums[1];
   ledger.damping = particles.damping;
   const double on_debris = sums[5] + continuum.surface[static_cast<int>(fem::SurfaceLoad::debris)];
-  ledger.friction = particles.friction - on_debris - sums[6]; // what their contacts neither store nor give back
+  ledger.friction = particles.friction - on_debris - sums[6]; // without the energy stored in debris contacts
   ledger.released = particles.released;
   ledger.absorbed = continuum.absorbed - sums[4];
   ledger.tool_work = sums[2] + continuum.surface[static_cast<int>(fem::SurfaceLoad::tool)];

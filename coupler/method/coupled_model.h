@@ -20,38 +20,40 @@
 
 namespace kerf
 {
-/// Mean force of the rock on the tool since the last call [N].
+/// Mean force that the rock exerts on the tool since the last call [N].
 struct ToolForce
 {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
 };
 
-/// Both sides of one body and what ties them together. The cycle of a step is in cycle(); the README has it as a table.
+/// The coupled model: finite elements, particles, the overlap with its constraint, and the loading. The order of operations in
+/// a step is in cycle(); the README lists it as a table.
 class CoupledModel
 {
 public:
-  /// @p fem, @p packing and @p settings are kept by reference. @param dt step of both sides [s]
-  /// @param constraint of the settings (see constraint_model()); null: made here
+  /// @p fem, @p packing and @p settings are kept by reference. @param dt time step of both sides [s]
+  /// @param constraint that the settings name (see constraint_model()); null: the constructor makes it
   CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
                MPI_Comm comm, std::unique_ptr<Constraint> constraint = nullptr);
 
-  /// Converts the cells that the mode asks for at time zero. Collective.
+  /// Converts the cells that the mode prescribes at time zero. Collective.
   void start();
 
-  /// Advances by @p steps steps. Collective.
+  /// Advances by @p steps time steps. Collective.
   void advance(int steps);
 
-  /// Mode adaptive: converts cells whose stress passed sigma*, or else gives quiet ones back (Adaptivity/Return fraction).
-  /// Returns whether anything changed. Collective.
+  /// In mode adaptive, converts the cells whose stress exceeds sigma*. If there are none, unloaded particle cells return to the
+  /// continuum (Adaptivity/Return fraction). Returns whether cells were converted in either direction. Collective.
   bool adapt();
 
-  /// Converts @p cells whatever their stress (studies). Collective.
+  /// Converts @p cells to particles regardless of their stress, for studies. Collective.
   void activate(std::vector<int> cells);
 
-  /// Makes converted @p cells finite elements again, whatever their state (studies): their bonds should be intact. Collective.
+  /// Returns converted @p cells to the continuum regardless of their state, for studies. Their bonds should be intact.
+  /// Collective.
   void return_to_continuum(std::vector<int> cells);
 
-  /// Computes the forces anew after positions were changed from outside. Collective.
+  /// Recomputes the forces after a caller changed positions. Collective.
   void set_up_forces();
 
   std::int64_t step() const { return n_steps; }
@@ -73,7 +75,7 @@ public:
 
 private:
   void cycle(dem::Phase phase, dem::Particles &particles);
-  /// Enters what came in with a change of models into the ledger.
+  /// Enters the energy change of a conversion into the ledger.
   void record(ActivationEvent event);
   template <typename Action>
   void watched(const Action &action);
@@ -97,20 +99,20 @@ private:
   Conversion conversion;
   Tool cutter;
   DebrisContact debris_contact;
-  ParticleWork tool_work, debris_work, boundary_work, absorbing_work; // on particles
+  ParticleWork tool_work, debris_work, boundary_work, absorbing_work; // work on the particles [J]
   ForceCatcher tool_forces;
 
   std::int64_t n_steps = 0;
   double now = 0.;
   double initial_energy = 0., conversion_energy = 0.; // see EnergyLedger
-  Tool::Load local_impulse;                           // time integral of the tool's load since the last take_tool_force()
+  Tool::Load local_impulse; // time integral of the load on this rank's part since the last take_tool_force()
   double impulse_duration = 0.;
   std::vector<ActivationEvent> activation_events;
   StepTimer clock;
 };
 
-/// What the constraint of a model is made from; refers to @p packing.
+/// Parameters from which the constraint of a model is made. They refer to @p packing.
 ConstraintModel constraint_model(const ModelSettings &settings, const dem::Packing &packing, MPI_Comm comm);
-/// What the particle side of a model is set up with.
+/// Settings of the particle side of a model.
 dem::Settings particle_settings(const ModelSettings &settings, const dem::Packing &packing, double dt, MPI_Comm comm);
 } // namespace kerf

@@ -16,23 +16,23 @@ namespace kerf
 /// Which models a run uses.
 enum class Mode
 {
-  adaptive, ///< finite elements everywhere at first, particles where sigma > sigma*
+  adaptive, ///< finite elements everywhere at the start, particles where sigma > sigma*
   fixed,    ///< a predefined particle region
   dem,      ///< particles everywhere
   fem       ///< finite elements only
 };
 
-/// All that the coupled model is made from, in SI units. Each part of the method takes the settings that it uses.
+/// All parameters of the coupled model, in SI units. Each part of the method receives the settings that it uses.
 struct ModelSettings
 {
   fem::Settings body;        ///< rock, mesh, boundary conditions, loads
-  dem::BondParameters bond;  ///< of the particles and their contacts
-  double local_damping = 0.; ///< of the particles [-]
-  double mean_diameter = 0.; ///< d of the particles, as asked for: a packing comes near it [m]
+  dem::BondParameters bond;  ///< bonds of the particles and their contacts
+  double local_damping = 0.; ///< Cundall's local damping of the particles [-]
+  double mean_diameter = 0.; ///< prescribed mean diameter d of the particles; a packing attains it approximately [m]
   OverlapSettings overlap;
   ConstraintSettings constraint;
   ActivationSettings activation;
-  std::vector<Box> fixed_region; ///< of mode fixed
+  std::vector<Box> fixed_region; ///< particle region of mode fixed
   ToolSettings tool;
 };
 } // namespace kerf

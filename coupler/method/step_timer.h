@@ -24,14 +24,15 @@ constexpr std::array<const char *, n_parts> part_names = {
 class StepTimer
 {
 public:
-  /// Adds the time since the last call (of any part) to @p part: a chain of laps costs one clock reading a part.
+  /// Adds the time since the last call of lap(), for any part, to @p part. A sequence of laps reads the clock once for each
+  /// part.
   void lap(Part part)
   {
     const double now = MPI_Wtime();
     seconds[static_cast<int>(whole.value_or(part))] += now - last;
     last = now;
   }
-  /// Until end_whole() every lap counts for @p part, whichever it names: a part that makes use of the others.
+  /// Assigns every lap until end_whole() to @p part, regardless of the part that it names. For a part that calls the others.
   void begin_whole(Part part)
   {
     restart();

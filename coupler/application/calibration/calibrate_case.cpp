@@ -16,12 +16,12 @@ namespace kerf
 {
 namespace
 {
-/// Half angle of the flats of split discs. On a round disc a platen meets one particle, on narrow flats the rock below is
-/// crushed before the disc splits; from here on the cracks start along the loaded diameter.
+/// Half angle of the flats of discs in the Brazilian test. On a round disc a platen touches a single particle. On narrow flats
+/// the rock below is crushed before the disc splits. From this angle on the cracks start along the loaded diameter.
 constexpr double flat_angle = 15. * M_PI / 180.;
 
-/// Tests last this many times the loading up to the targets if they do not end before. Under the flats a disc gives way a lot,
-/// in three dimensions most.
+/// Longest duration of a test, relative to the loading time up to the target strength. A disc deforms strongly under the flats,
+/// most of all in three dimensions.
 double longest(bool brazilian)
 {
   return brazilian ? 10. : 4.;
@@ -32,7 +32,7 @@ struct Mean
   double value = 0., scatter = 0.; ///< mean and standard deviation over the packings
 };
 
-/// What the tests on all packings gave for one set of bond strengths.
+/// Results of the tests on all packings for one set of bond strengths.
 struct Attempt
 {
   dem::BondParameters bond;
@@ -52,11 +52,11 @@ public:
     MPI_Comm_size(comm, &n_ranks);
   }
 
-  /// Collective; the tests are dealt out to the ranks.
+  /// Runs all tests, which are distributed over the ranks. Collective.
   Attempt test(const dem::BondParameters &bond)
   {
     const int n = rock.calibration.n_packings;
-    // Column: one packing. Rows: UCS, E, nu, Brazilian strength, tests that did not pass their peak.
+    // One column for each packing. Rows: UCS, E, nu, Brazilian strength, tests that did not pass their peak.
     Eigen::MatrixXd values = Eigen::MatrixXd::Zero(5, n);
     std::string error;
     try
@@ -99,9 +99,9 @@ public:
   }
 
 private:
-  /// @param packing number of the specimen; its seed is not that of the case's own store. Compressed specimens have stiffnesses
-  /// of their own by the static solve, as every packing that is run; split ones are too small for it and take those of @p bond,
-  /// strengths do not depend on them.
+  /// Case of one specimen. @param packing number of the specimen; its seed differs from that of the case's own store. The
+  /// stiffnesses of a compressed specimen follow from its own elastic calibration. A disc is too small for this calibration and
+  /// uses those of @p bond; strengths do not depend on them.
   Case specimen(int packing, bool brazilian, const dem::BondParameters &bond) const
   {
     Case result = rock;
@@ -126,7 +126,7 @@ private:
     result.given_stiffness = brazilian;
     result.bond = bond;
 
-    // Strain at the target at the duration asked for; the ends of a split disc yield several times its mean strain.
+    // The target strain is reached after the prescribed duration. The ends of a disc deform by several times its mean strain.
     const double speed_p = rock.body.material.speed_p();
     const double duration = rock.calibration.transits * result.body.mesh.upper[1] / speed_p;
     const double strain = brazilian ? 5. * rock.activation.tensile_strength / rock.body.material.young
@@ -139,7 +139,7 @@ private:
     result.tool.damping = 0.1;
     result.end_time = longest(brazilian) * duration;
     result.time_step = 0.;
-    result.stop_below = brazilian ? 0.35 : 0.6; // single contacts below the platens may fail before the disc
+    result.stop_below = brazilian ? 0.35 : 0.6; // contacts below the platens may fail before the disc does
     return result;
   }
 
@@ -166,7 +166,8 @@ private:
   int rank = 0, n_ranks = 1;
 };
 
-/// Strengths scale with R_n and R_t together; their ratio UCS/BTS depends on R_t/R_n only (bonds are linear up to failure).
+/// Both strengths are proportional to R_n at constant R_t/R_n, since bonds are linear up to failure. Their ratio UCS/BTS
+/// depends on R_t/R_n only.
 class StrengthSearch
 {
 public:
@@ -197,8 +198,8 @@ public:
       bond.R_n *= std::sqrt(rock.activation.tensile_strength / attempt.tensile.value * rock.activation.compressive_strength /
                             attempt.compressive.value);
       const double off = std::log(attempt.ratio() / target);
-      // Strains and the platens' grip on a disc grow with the strengths, which changes the ratio a little: the size comes
-      // first.
+      // Strains and the contact area of the platens grow with the strengths, which changes the ratio slightly. So the magnitude
+      // is adjusted first.
       if (std::abs(off) < 0.5 * tolerance || (iteration == 0 && error > 0.1))
         continue;
       ratios.add(q, off);
@@ -206,16 +207,15 @@ public:
       if (q == 0. && (ratios.bracketed() || best_error < accepted))
         break;
       if (q == 0.)
-        throw InputError(
-          rock.directory + "/case.prm: Rock/Compressive strength / Tensile strength = " + text(target) +
-          " is out of reach, the packings give " + text(attempt.ratio()) +
-          " at R_t/R_n = " + text(attempt.bond.R_t / attempt.bond.R_n) +
-          (off < 0. ? "; more bonds a particle (Packing/Gap tolerance), Bond/Friction and Bond/Shear strength friction raise it"
-                    : "; a smaller Packing/Gap tolerance lowers it"));
+        throw InputError(rock.directory + "/case.prm: Rock/Compressive strength / Tensile strength = " + text(target) +
+                         " is out of reach, the packings give " + text(attempt.ratio()) +
+                         " at R_t/R_n = " + text(attempt.bond.R_t / attempt.bond.R_n) +
+                         (off < 0. ? "; a larger Packing/Gap tolerance, Bond/Friction or Bond/Shear strength friction raises it"
+                                   : "; a smaller Packing/Gap tolerance lowers it"));
     }
     if (best_error > accepted)
       throw InputError(rock.directory + "/case.prm: the strength calibration has not converged, best error " +
-                       text(100. * best_error) + " %; take more Calibration/Packings or a larger Calibration/Specimen width");
+                       text(100. * best_error) + " %; use more Calibration/Packings or a larger Calibration/Specimen width");
     return best;
   }
 

@@ -7,6 +7,7 @@
 
 namespace kerf
 {
-/// kerf calibrate: elastic part, then bond strengths from simulated tests, into the store. Collective; ranks share the tests.
+/// kerf calibrate: calibrates bond stiffnesses, then bond strengths by simulated tests, and writes them into the store. Throws
+/// InputError when the strengths cannot be reached. The ranks share the tests. Collective.
 int calibrate_case(const RunOptions &options, MPI_Comm comm);
 } // namespace kerf

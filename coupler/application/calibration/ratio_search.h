@@ -9,15 +9,15 @@
 
 namespace kerf
 {
-/// Where to look for R_t/R_n next. UCS/BTS rises with it in two dimensions; in three it has its largest value near 1 and falls
-/// on either side. So a bracket is searched from the best value on, in the direction in which it is not known yet.
+/// Search for the R_t/R_n that gives a target UCS/BTS. In two dimensions UCS/BTS increases with R_t/R_n. In three dimensions it
+/// has its maximum near 1. So the search extends from the best value into the direction without a bracket.
 class RatioSearch
 {
 public:
-  /// @param q = R_t/R_n; @param off log of UCS/BTS to the one target
+  /// Adds the result of a test. @param q R_t/R_n. @param off logarithm of UCS/BTS over its target
   void add(double q, double off) { tried[q] = off; }
 
-  /// 0: there is none.
+  /// Next R_t/R_n to test; 0: none is left.
   double next() const
   {
     constexpr double factor = 1.7, smallest = 0.2, largest = 10.;
@@ -37,7 +37,7 @@ public:
     }
     if (before != tried.end())
     {
-      // Secant in logarithms, kept off the ends: the ratio has small jumps, for each bond breaks or does not.
+      // Secant in logarithms, away from the ends of the bracket, because the ratio is not smooth: single bonds break or hold.
       const auto after = std::next(before);
       const double share = std::min(0.85, std::max(0.15, before->second / (before->second - after->second)));
       const double step = std::log(after->first / before->first);
@@ -45,7 +45,7 @@ public:
     }
     const bool first = best == tried.begin(), last = std::next(best) == tried.end();
     if (!first && !last)
-      return 0.; // the ratio turns back here
+      return 0.; // the ratio has its extremum here
     const bool up = first && last ? best->second < 0. : last;
     const double q = std::clamp(up ? best->first * factor : best->first / factor, smallest, largest);
     return q != best->first ? q : 0.;
@@ -58,6 +58,6 @@ public:
   }
 
 private:
-  std::map<double, double> tried; // off by q
+  std::map<double, double> tried; // logarithm off by q
 };
 } // namespace kerf

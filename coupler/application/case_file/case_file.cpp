@@ -56,7 +56,7 @@ std::size_t edit_distance(const std::string &a, const std::string &b)
   return row[b.size()];
 }
 
-/// Checks one assignment against the table; returns the entry.
+/// Checks an assignment against the table and returns the entry. Throws InputError.
 const Parameter &checked_entry(const std::string &where, const std::string &section, const std::string &key,
                                const std::string &value)
 {
@@ -82,7 +82,7 @@ const Parameter &checked_entry(const std::string &where, const std::string &sect
                    nearest->key + " (all keys: kerf params)");
 }
 
-/// Replaces a name of the version before by the present one, with a notice.
+/// Replaces a name of the previous version by the present one and adds a notice.
 void use_present_names(const std::string &where, const std::string &section, std::string &key, std::string &value,
                        std::vector<std::string> &notices)
 {
@@ -104,8 +104,8 @@ void use_present_names(const std::string &where, const std::string &section, std
   }
 }
 
-/// The text of the file with the present names. ParameterHandler reports errors in several lines; this walks the file first so
-/// that a user gets one.
+/// The text of the file with the present names. The file is checked here first, because ParameterHandler reports errors in
+/// several lines. Throws InputError.
 std::string checked_text(const std::string &path, std::vector<std::string> &notices)
 {
   std::ostringstream result;
@@ -147,7 +147,7 @@ std::string checked_text(const std::string &path, std::vector<std::string> &noti
   return result.str();
 }
 
-/// The handler after file and overrides. Returns notices on old names.
+/// Reads file and overrides into the handler. Returns notices on old names.
 std::vector<std::string> read_handler(dealii::ParameterHandler &handler, const std::string &directory,
                                       const std::vector<Override> &overrides)
 {
@@ -179,7 +179,7 @@ std::vector<std::string> read_handler(dealii::ParameterHandler &handler, const s
   return notices;
 }
 
-/// Typed access with the section in front; keeps the source of an error for composite values.
+/// Typed access to parameters. Its errors name file, section and key.
 class Reader
 {
 public:
@@ -207,7 +207,7 @@ public:
       result[i] = std::stod(parts[i]);
     return result;
   }
-  /// Items separated by ';', each of numbers separated by blanks.
+  /// Items separated by ';', each with @p columns numbers separated by blanks.
   std::vector<std::vector<double>> rows(const std::string &section, const std::string &key, std::size_t columns) const
   {
     std::vector<std::vector<double>> result;
@@ -280,7 +280,7 @@ fem::BoundaryCondition boundary_condition(const Reader &reader, const std::strin
       fail(form);
   }
   else
-    fail("'" + kind + "' is no kind, give free, fixed, roller, velocity, traction, in_situ or absorbing");
+    fail("'" + kind + "' is not a kind of condition, give free, fixed, roller, velocity, traction, in_situ or absorbing");
   std::string rest;
   if (stream >> rest)
     fail("'" + rest + "' is not understood");
@@ -292,7 +292,7 @@ Eigen::Matrix3d initial_stress(const Reader &reader, int dim)
   Eigen::Matrix3d stress = Eigen::Matrix3d::Zero();
   const auto rows = reader.rows("Loads", "Initial stress", dim == 2 ? 3 : 6);
   if (rows.size() > 1)
-    reader.fail("Loads", "Initial stress", "is one stress, without ';'");
+    reader.fail("Loads", "Initial stress", "must be one stress, without ';'");
   if (!rows.empty() && dim == 2)
     stress.topLeftCorner<2, 2>() << rows[0][0], rows[0][2], rows[0][2], rows[0][1];
   else if (!rows.empty())
@@ -317,7 +317,7 @@ ToolSettings read_tool(const Reader &reader)
   tool.radius = reader.number("Tool", "Radius");
   tool.width = reader.number("Tool", "Width");
   if (tool.width > 0. && reader.integer("Mesh", "Dimension") == 2)
-    reader.fail("Tool", "Width", "is for three dimensions, in two the disc is a cylinder without end: 0");
+    reader.fail("Tool", "Width", "applies in three dimensions only; in two the disc is an infinite cylinder, give 0");
   if (tool.width > 2. * tool.radius)
     reader.fail("Tool", "Width", "must not be larger than twice the radius");
   for (const auto &row : reader.rows("Tool", "Path", 3))
@@ -395,7 +395,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.body.mesh.growth = reader.number("Mesh", "Growth ratio");
   result.body.mesh.largest_cell_size = reader.number("Mesh", "Largest cell size");
   for (const char axis : reader.text("Mesh", "Periodic"))
-    if (const int c = axis - 'x'; c == 1 || c == 2) // "none" has no axis in it
+    if (const int c = axis - 'x'; c == 1 || c == 2) // no character of "none" is an axis
     {
       if (c >= dim)
         reader.fail("Mesh", "Periodic", "in two dimensions none or y are allowed");
@@ -408,7 +408,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
       box.lower[c] = row[c], box.upper[c] = row[dim + c];
     box.levels = static_cast<int>(row[2 * dim]);
     if (box.levels != row[2 * dim] || box.levels < 1 || box.levels > 8)
-      reader.fail("Mesh", "Refine", "a cell is halved 1 to 8 times, a whole number");
+      reader.fail("Mesh", "Refine", "the number of halvings must be a whole number, 1 to 8");
     result.body.mesh.refined.push_back(box);
   }
   bool extended = true;
@@ -448,7 +448,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
     {
     }
     if (used != plane.size() || !std::isfinite(result.packing.lattice.plane_at))
-      reader.fail("Packing", "Lattice plane", "'" + plane + "' is no number, give x in m or nothing");
+      reader.fail("Packing", "Lattice plane", "'" + plane + "' is not a number, give x in m or leave it empty");
   }
   std::string packing_file = reader.text("Packing", "File");
   if (packing_file.empty())
@@ -485,7 +485,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   if (result.constraint.corrector && !constraint_method(result.constraint.method).can_correct)
     reader.fail("Coupling", "Corrector", "is for the methods penalty and penalty_mass_scaled, multipliers need none");
   if (result.constraint.corrector && result.constraint.interface_damping > 0.)
-    reader.fail("Coupling", "Corrector", "has no interface damping, set Coupling/Interface damping = 0");
+    reader.fail("Coupling", "Corrector", "cannot be combined with interface damping, set Coupling/Interface damping = 0");
 
   result.activation.criterion =
     choose<Criterion>(reader.text("Adaptivity", "Criterion"), {{"maximum_principal", Criterion::maximum_principal},

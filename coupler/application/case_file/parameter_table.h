@@ -9,24 +9,24 @@
 
 namespace kerf
 {
-/// One entry of the case file. The table is the only place where keys, units and allowed values are written down: parser,
-/// error messages, echo and reference come from it.
+/// One entry of the case file. The table is the only definition of keys, units and allowed values. Parser, error messages, echo
+/// and reference use it.
 struct Parameter
 {
   std::string section, key, default_value;
   std::shared_ptr<dealii::Patterns::PatternBase> pattern;
-  std::string allowed; ///< the pattern in words
+  std::string allowed; ///< description of the pattern
   std::string unit, meaning, source;
 };
 
 const std::vector<Parameter> &parameter_table();
 
-/// A key, or a value of a key, that had another name in the version before. The old name is read with a notice.
+/// A key, or a value of a key, that was renamed since the previous version. The old name is accepted with a notice.
 struct Renamed
 {
-  std::string section, key; ///< as it was
-  std::string value;        ///< as it was; empty: the key was renamed, all values are kept
-  std::string now;          ///< the key or the value
+  std::string section, key; ///< old names
+  std::string value;        ///< old value; empty: the key was renamed and its values are kept
+  std::string now;          ///< new name of the key or the value
 };
 
 const std::vector<Renamed> &renamed_parameters();

@@ -12,11 +12,11 @@ namespace kerf
 {
 namespace
 {
-/// Particle-steps a second of one rank that the estimate of the run time reckons with; on the safe side of what the
-/// benchmarks of the particle side give.
+/// Particle-steps per second on one rank, for the estimate of the run time. This is a conservative value from the benchmarks of
+/// the particle side.
 constexpr double estimated_particle_steps = 3e6;
 
-/// Cells that the tool comes within one cell of on its way.
+/// Cells within one cell size of the tool on its path.
 std::vector<int> cells_on_the_way(const Case &settings, const fem::Mesh &mesh)
 {
   const ToolPath path(settings.tool.path, settings.tool.smoothing_time);
@@ -34,7 +34,7 @@ std::vector<int> cells_on_the_way(const Case &settings, const fem::Mesh &mesh)
   return cells;
 }
 
-/// Particles that a mode needs at its end.
+/// Estimated number of active particles at the end of a run.
 int count_particles(const Problem &problem, Mode mode)
 {
   if (mode == Mode::fem)
@@ -81,10 +81,10 @@ int check_case(const RunOptions &options, MPI_Comm comm)
   const double steps = std::ceil(problem->settings.end_time / problem->dt);
   const int n_particles = count_particles(*problem, mode);
   const double fem_step = mode == Mode::dem ? 0. : seconds_of_fem_step(*problem->fem, problem->dt);
-  // An adaptive run grows to its final size about linearly.
+  // The number of particles of an adaptive run grows about linearly.
   const double mean_particles = mode == Mode::adaptive ? 0.5 * n_particles : n_particles;
   const double run_time = steps * (fem_step + mean_particles / (estimated_particle_steps * n_ranks));
-  // Bytes: a stored particle with its bonds, an active one with lists and history, a cell with its batch and nodes.
+  // Bytes for a stored particle with its bonds, an active one with lists and history, and a cell with its batch and nodes.
   const double memory = 100e6 + 120. * problem->packing.size() + 2500. * n_particles + 1500. * problem->fem->mesh().n_cells();
 
   std::ostringstream text;

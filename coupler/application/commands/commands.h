@@ -8,19 +8,20 @@
 
 namespace kerf
 {
-/// kerf run. Returns the exit code: 0, or 128 + signal after an interrupt with everything written. Collective.
+/// kerf run. Returns the exit code: 0, or 128 + signal after an interrupt, when all output has been written. Throws InputError
+/// and UnstableRun. Collective.
 int run_case(const RunOptions &options, MPI_Comm comm);
 
-/// kerf check: validates, prints what a run would be. Collective.
+/// kerf check: validates the case and prints size, time step and estimated cost of a run. Throws InputError. Collective.
 int check_case(const RunOptions &options, MPI_Comm comm);
 
-/// kerf pack: generates and calibrates the store. Collective.
+/// kerf pack: generates and calibrates the store. Throws InputError. Collective.
 int pack_case(const RunOptions &options, MPI_Comm comm);
 
-/// kerf study stability: perturbs the case's overlap at many settings, each with one map of two parameters; writes
+/// kerf study stability: perturbs the overlap of the case with noise, for maps of two parameters each, and writes
 /// stability.csv. Collective.
 int study_stability(const RunOptions &options, MPI_Comm comm);
 
-/// Name and versions of kerf and its libraries, one a line.
+/// Names and versions of kerf and its libraries, one in each line.
 std::string version_text();
 } // namespace kerf

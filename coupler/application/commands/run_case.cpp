@@ -44,7 +44,7 @@ public:
 
   int execute()
   {
-    // Everything that can be wrong is found before the results directory is touched.
+    // All input errors are found before the results directory is changed.
     const Case settings = read_case(options.case_directory, options.overrides);
     check_results_directory(directory, options.overwrite);
     mode = options.mode.value_or(settings.mode);
@@ -155,21 +155,21 @@ private:
     activations->add(event);
     std::ostringstream text;
     text << std::setprecision(4) << "t = " << 1e3 * event.time << " ms: " << std::abs(event.cells)
-         << (event.cells < 0 ? " cells given back, " : " cells converted, ") << std::abs(event.particles)
-         << (event.cells < 0 ? " particles put back" : " particles activated") << "; mass " << event.before.mass << " -> "
+         << (event.cells < 0 ? " cells returned to the continuum, " : " cells converted, ") << std::abs(event.particles)
+         << (event.cells < 0 ? " particles removed" : " particles activated") << "; mass " << event.before.mass << " -> "
          << event.after.mass << " kg, momentum (" << event.before.momentum.head<2>().transpose() << ") -> ("
          << event.after.momentum.head<2>().transpose() << ") N s";
     console.note(text.str());
   }
 
-  /// Particles that leave the domain are gone for the run, but not silently.
+  /// Reports the particles that left the domain, which are removed from the run.
   void report_leavers()
   {
     const std::vector<int> &left = model->dem().left_domain();
     if (left.size() == n_left)
       return;
     std::ostringstream text;
-    text << std::setprecision(4) << "t = " << 1e3 * model->time() << " ms: left the domain: particles";
+    text << std::setprecision(4) << "t = " << 1e3 * model->time() << " ms: particles that left the domain:";
     for (std::size_t k = n_left; k < left.size(); ++k)
       text << ' ' << left[k];
     n_left = left.size();
@@ -206,8 +206,8 @@ private:
     console.progress(static_cast<double>(row.step) / static_cast<double>(n_steps), text.str());
   }
 
-  /// Energy can only come from outside: a balance that does not close is a failed run. Less than a hundredth of what one
-  /// particle of the rock holds at its tensile strength is nothing to judge by, as at the first touch of the tool.
+  /// Throws UnstableRun when the energy balance does not close. Errors below a hundredth of the elastic energy of one particle
+  /// at the tensile strength are ignored, since the energy put in is small at the first contact of the tool.
   void check_balance(const HistoryRow &row)
   {
     const EnergyLedger &energy = row.energy;
@@ -279,9 +279,9 @@ private:
   SpecimenRecord record;
   Mode mode = Mode::adaptive;
   std::int64_t n_steps = 0, snapshot_interval = 1;
-  EnergyLedger last_energy; // of the last row
+  EnergyLedger last_energy; // at the last row
   double started = 0., turnover = 0.;
-  std::size_t n_left = 0; // particles that left the domain so far
+  std::size_t n_left = 0; // number of particles reported by report_leavers()
   int interrupted = 0;
 };
 } // namespace

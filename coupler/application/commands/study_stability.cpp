@@ -17,15 +17,15 @@ namespace kerf
 {
 namespace
 {
-/// Where and how a run of a map differs from the case.
+/// Parameters of one run of a map.
 struct Point
 {
   std::vector<Override> overrides;
-  double step = 0.8;   ///< of the smaller stable step of the two sides
-  double speed = 1e-6; ///< of the noise, relative to the P wave's
+  double step = 0.8;   ///< time step, relative to the smaller stable step of both sides [-]
+  double speed = 1e-6; ///< speed of the noise, relative to that of the P wave [-]
 };
 
-/// Two parameters against each other.
+/// A map over two parameters.
 struct Map
 {
   std::string name, x_name, y_name;
@@ -35,7 +35,7 @@ struct Map
 
 const std::vector<std::string> methods = {"penalty", "penalty_mass_scaled", "weak_multipliers", "lumped_multipliers"};
 
-/// Penalty ratios mean different things to different methods, so each has its own when methods are compared.
+/// The penalty ratio has a different meaning in each method, so each method has its own value in a comparison.
 std::vector<Override> method_overrides(const std::string &method)
 {
   const std::string ratio = method == "penalty" ? "0.1" : method == "lumped_multipliers" ? "0.02" : "0.25";
@@ -137,9 +137,9 @@ struct Outcome
 {
   std::string verdict; ///< stable, dissipative, unstable, or refused before the run
   double step = 0.;    ///< [s]
-  double limit = 0.;   ///< predicted for sides and overlap [s]
-  double energy = 0.;  ///< held at the end / at the start
-  double lost = 0.;    ///< to the interface / at the start
+  double limit = 0.;   ///< predicted stable step of sides and overlap [s]
+  double energy = 0.;  ///< energy at the end / energy at the start [-]
+  double lost = 0.;    ///< energy lost at the interface / energy at the start [-]
   double residual = 0.;
 };
 
@@ -188,7 +188,7 @@ public:
   }
 
 private:
-  /// The case without tool and damping, which would hide a slow growth.
+  /// Overrides of the case that remove tool and damping, which would hide a slow growth.
   std::vector<Override> overrides_of(const std::vector<Override> &more) const
   {
     std::vector<Override> all = options.overrides;
@@ -207,7 +207,7 @@ private:
       settings.given_stiffness = true;
       settings.bond = bond;
       settings.bond.damping = damping;
-      settings.bond.R_n = settings.bond.R_t = 1e30; // what breaks is another question
+      settings.bond.R_n = settings.bond.R_t = 1e30; // no bond breaks
       settings.time_step = 0.;
       Console silent(false);
       const auto problem = set_up_problem(settings, Mode::fixed, silent, comm);
@@ -222,11 +222,11 @@ private:
     return outcome;
   }
 
-  /// Noise on all nodes and particles, which holds every mode, followed for some hundred steps.
+  /// Applies noise to all nodes and particles, which excites every mode, and runs some hundred steps.
   void perturb(Problem &problem, const Point &point, Outcome &outcome)
   {
     constexpr int steps = 600;
-    constexpr double grown = 1.05, taken = 0.05; // shares of the energy at the start
+    constexpr double grown = 1.05, taken = 0.05; // limits relative to the energy at the start
     CoupledModel model(problem.settings, Mode::fixed, *problem.fem, problem.packing, outcome.step, comm,
                        std::move(problem.constraint));
     const double speed = point.speed * problem.settings.body.material.speed_p();
@@ -255,7 +255,7 @@ private:
     {
       outcome.energy = std::numeric_limits<double>::infinity();
     }
-    // Energy that comes from nowhere and is taken away again: a motion at its limit that damping holds.
+    // An error of the balance also marks an unstable motion whose growth damping conceals.
     if (!(outcome.energy < grown) || !(std::abs(outcome.residual) < taken))
       outcome.verdict = "unstable";
     else

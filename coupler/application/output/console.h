@@ -6,7 +6,7 @@
 
 namespace kerf
 {
-/// What a person sees: a line that is rewritten on a terminal, plain lines now and then elsewhere, and log.txt.
+/// Messages and progress of a run: a line that is rewritten on a terminal, occasional lines elsewhere, and log.txt.
 class Console
 {
 public:
@@ -17,9 +17,10 @@ public:
   void log_to(const std::string &path);
 
   void message(const std::string &text);
-  /// Goes to the log only.
+  /// Writes to the log only.
   void note(const std::string &text);
-  /// @param fraction done in [0, 1]; shown at most a few times a second, on a non-terminal every ten seconds.
+  /// Shows the progress, at most a few times per second, every ten seconds if the output is no terminal. @param fraction
+  /// completed, in [0, 1]
   void progress(double fraction, const std::string &text);
   /// Ends the progress line.
   void finish_progress();

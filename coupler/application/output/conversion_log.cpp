@@ -10,7 +10,7 @@ namespace
 struct Column
 {
   const char *name, *unit;
-  bool in_space; ///< of three dimensions only
+  bool in_space; ///< in three dimensions only
   double (*value)(const ConservedQuantities &);
 };
 
@@ -32,8 +32,8 @@ ConversionLog::ConversionLog(const std::string &directory, bool plane) : plane(p
   for (const Column &column : columns)
     if (!column.in_space || !plane)
       csv << "; " << column.name << " [" << column.unit << "]";
-  csv << "; bonds_created: by the change, bonds_stored: those of the store that it had to create\n"
-      << "# cells and particles below zero: given back to the finite elements; stress and stress_jump [Pa]: root mean square "
+  csv << "; bonds_created: by the conversion, bonds_stored: number of stored bonds that it had to create\n"
+      << "# negative cells and particles: returned to the continuum; stress and stress_jump [Pa]: root mean square "
          "over "
          "the cells before, and of the difference\n"
       << "step,time,cells,particles,bonds_created,bonds_stored,stress,stress_jump";

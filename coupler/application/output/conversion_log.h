@@ -8,11 +8,11 @@
 
 namespace kerf
 {
-/// activations.csv: one row for every change of models, what the body held before and after it.
+/// Writes activations.csv: one row for each conversion, with the conserved quantities before and after it.
 class ConversionLog
 {
 public:
-  /// @param plane 2D: components that are zero are left out
+  /// @param plane two dimensions: components that are always zero are left out
   ConversionLog(const std::string &directory, bool plane);
   void add(const ActivationEvent &event);
 

@@ -20,7 +20,7 @@ namespace
 {
 namespace fs = std::filesystem;
 
-/// figures.py of this program: bin/kerf has it in share/kerf/plots, and so has the program in a build directory.
+/// Path of figures.py, in share/kerf/plots beside bin/kerf. A build directory has the same layout.
 std::optional<fs::path> figures_script()
 {
   std::error_code error;
@@ -36,7 +36,7 @@ std::optional<fs::path> figures_script()
   return std::nullopt;
 }
 
-/// All programs named python3 in the directories of PATH, in their order.
+/// All programs named python3 in PATH, in the order of its directories.
 std::vector<std::string> pythons()
 {
   std::vector<std::string> found;
@@ -53,8 +53,8 @@ std::vector<std::string> pythons()
   return found;
 }
 
-/// Runs a program without a shell, so that names may hold any character. @param output what it writes to standard output, when
-/// asked for. @return its exit code, -1 when it did not run or was ended by a signal.
+/// Runs a program without a shell, so that names may contain any character. Returns its exit code, or -1 when it did not start
+/// or was ended by a signal. @param output receives the standard output unless null
 int run(const std::vector<std::string> &words, std::string *output = nullptr)
 {
   int ends[2] = {-1, -1};
@@ -92,7 +92,7 @@ int run(const std::vector<std::string> &words, std::string *output = nullptr)
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-/// The modules that a Python lacks, looked up without loading them.
+/// The modules that a Python interpreter lacks. The modules are not loaded.
 std::string missing_modules(const std::string &python)
 {
   std::string missing;
@@ -100,7 +100,7 @@ std::string missing_modules(const std::string &python)
                         "from importlib.util import find_spec\n"
                         "print(*(m for m in ('numpy', 'matplotlib', 'h5py') if find_spec(m) is None), end='')"},
                        &missing);
-  return code == 0 ? missing : "a Python that starts";
+  return code == 0 ? missing : "a working interpreter";
 }
 } // namespace
 
@@ -111,7 +111,7 @@ void draw_figures(const std::string &directory)
   const std::optional<fs::path> script = figures_script();
   if (!script)
   {
-    std::cerr << "figures were not drawn: share/kerf/plots/figures.py is not where the program is installed" << std::endl;
+    std::cerr << "figures were not drawn: share/kerf/plots/figures.py is missing from the installation" << std::endl;
     return;
   }
   std::string lacking;
@@ -120,7 +120,7 @@ void draw_figures(const std::string &directory)
     const std::string missing = missing_modules(python);
     if (missing.empty())
     {
-      // -B: nothing is written beside installed scripts.
+      // -B: no bytecode is written beside installed scripts.
       if (run({python, "-B", script->string(), directory}) != 0)
         std::cerr << "figures were not drawn; try: " << python << " " << *script << " " << fs::path(directory) << std::endl;
       return;

@@ -5,8 +5,8 @@
 
 namespace kerf
 {
-/// Draws the figures of a results directory with plots/figures.py, which belongs to the program, and the first python3 of PATH
-/// that has the modules it needs. Says in one line on standard error why figures were not drawn. Does nothing for a directory
-/// without history and stability maps. On one rank, after MPI has ended: it starts processes.
+/// Draws the figures of a results directory with plots/figures.py and the first python3 in PATH that has the required modules.
+/// If the figures cannot be drawn, one line on standard error gives the reason. A directory without history and stability maps
+/// is ignored. To be called on one rank after MPI has ended, since it starts processes.
 void draw_figures(const std::string &directory);
 } // namespace kerf

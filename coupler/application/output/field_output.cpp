@@ -18,7 +18,7 @@ namespace
 using Range =
   std::tuple<unsigned int, unsigned int, std::string, dealii::DataComponentInterpretation::DataComponentInterpretation>;
 
-/// Points (dim 0) or lines (dim 1) in space with data at their ends, for the library's VTU writer.
+/// Points (dim 0) or lines (dim 1) with data at their ends, for the VTU writer of deal.II.
 template <int dim>
 class Cloud : public dealii::DataOutInterface<dim, 3>
 {
@@ -27,7 +27,7 @@ public:
 
   explicit Cloud(std::vector<std::string> names) : names(std::move(names)) {}
 
-  /// @param values one column an end point, one row a name
+  /// @param values one column for each end point, one row for each name
   void add(const Eigen::Matrix<double, 3, dim + 1> &ends, const Eigen::MatrixXd &values)
   {
     Patch patch;
@@ -46,7 +46,7 @@ public:
   {
     std::ofstream file(path);
     dealii::DataOutBase::VtkFlags flags;
-    flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default takes many times as long
+    flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default is many times slower
     this->set_flags(flags);
     this->write_vtu(file);
   }
@@ -60,7 +60,7 @@ private:
   std::vector<Patch> patches;
 };
 
-/// Lists of plain records of all ranks, joined on the first.
+/// Joins lists of plain records of all ranks on the first rank.
 template <typename Record>
 std::vector<Record> gather_records(const std::vector<Record> &local, MPI_Comm comm)
 {
@@ -207,7 +207,7 @@ void FieldOutput::write_bonds(const ParticleFields &fields, const std::string &s
     if (a == place.end() || b == place.end())
       continue;
     ends << fields.position.col(a->second), fields.position.col(b->second);
-    if ((ends.col(0) - ends.col(1)).norm() < reach) // long lines across the cut would only hide it
+    if ((ends.col(0) - ends.col(1)).norm() < reach) // long lines would cover the cut
       cloud.add(ends, values);
   }
   cloud.write(directory + "/fields/bonds_" + stamp + ".vtu");
@@ -222,7 +222,7 @@ void FieldOutput::write_disc(const Disc &disc, const std::string &stamp) const
   { return Eigen::Vector3d(disc.centre + Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), z)); };
   Eigen::Matrix<double, 3, 2> ends;
   const double half = 0.5 * disc.width;
-  std::vector<std::array<double, 2>> circles = {{{disc.radius, 0.}}}; // radius, z; and the borders of the flat sides
+  std::vector<std::array<double, 2>> circles = {{{disc.radius, 0.}}}; // radius and z, with the edges of the flat sides
   if (half > 0.)
     circles.insert(circles.end(), {{{disc.radius - half, -half}}, {{disc.radius - half, half}}});
   for (const auto &[r, z] : circles)
@@ -231,7 +231,7 @@ void FieldOutput::write_disc(const Disc &disc, const std::string &stamp) const
       ends << rim(2. * M_PI * k / n_sides, r, z), rim(2. * M_PI * (k + 1) / n_sides, r, z);
       cloud.add(ends, radius);
     }
-  ends << disc.centre, rim(disc.angle, disc.radius, 0.); // a spoke shows the rotation
+  ends << disc.centre, rim(disc.angle, disc.radius, 0.); // a radius shows the rotation
   cloud.add(ends, radius);
   cloud.write(directory + "/fields/tool_" + stamp + ".vtu");
 }

@@ -9,7 +9,7 @@
 
 namespace kerf
 {
-/// All particles and bonds of the model at one time, gathered on the first rank (empty elsewhere).
+/// All particles and bonds of the model at one time. Empty except on the first rank.
 struct ParticleFields
 {
   std::vector<int> index;
@@ -20,11 +20,11 @@ struct ParticleFields
   std::vector<dem::BrokenBond> broken;
 };
 
-/// Collective.
+/// Gathers the fields on the first rank. Collective.
 ParticleFields gather_particles(CoupledModel &model, MPI_Comm comm);
 
-/// fem.pvd, particles.pvd, bonds.pvd and tool.pvd with the same time stamps, for ParaView, and an HDF5 file a time stamp for
-/// figures and scripts.
+/// Writes fem.pvd, particles.pvd, bonds.pvd and tool.pvd with the same time stamps for ParaView, and one HDF5 file for each
+/// time stamp for figures and scripts.
 class FieldOutput
 {
 public:

@@ -9,7 +9,7 @@
 
 namespace kerf
 {
-/// One line of the history.
+/// One row of the history.
 struct HistoryRow
 {
   std::int64_t step = 0;
@@ -21,7 +21,7 @@ struct HistoryRow
   SpecimenState specimen; ///< between platens only
 };
 
-/// A column: its name, unit and value are written down in one place, so header and numbers cannot drift apart.
+/// A column of the history. Name, unit and value are defined together, so the header always matches the numbers.
 struct HistoryColumn
 {
   std::string name, unit, meaning;
@@ -29,7 +29,7 @@ struct HistoryColumn
 };
 const std::vector<HistoryColumn> &history_columns();
 
-/// history.csv is written row by row (readable while the run goes on), history.h5 whenever flush() is called.
+/// Writes history.csv row by row, so that it is readable during the run, and history.h5 at every flush().
 class History
 {
 public:

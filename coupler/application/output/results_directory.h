@@ -6,10 +6,10 @@
 
 namespace kerf
 {
-/// Makes @p directory ready for a run on the first rank; nothing of another run is lost: a directory that is not empty is an
-/// InputError unless @p overwrite, and then only what kerf wrote is removed. Collective.
+/// Prepares @p directory for a run on the first rank. Throws InputError when it is not empty and @p overwrite is false. With @p
+/// overwrite only files that kerf wrote are removed. Collective.
 void prepare_results_directory(const std::string &directory, bool overwrite, MPI_Comm comm);
 
-/// Throws the error of prepare_results_directory() without touching anything.
+/// Throws the errors of prepare_results_directory() without changing any file.
 void check_results_directory(const std::string &directory, bool overwrite);
 } // namespace kerf

@@ -6,7 +6,7 @@ namespace kerf
 {
 namespace
 {
-/// Row by row, the layout of the file.
+/// Row-major storage, as in the file.
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 void write_vectors(Hdf5Writer &file, const std::string &name, const Eigen::Matrix3Xd &columns)

@@ -24,15 +24,15 @@ SpecimenGauge::SpecimenGauge(const ModelSettings &settings, const fem::Mesh &mes
   area = is_brazilian(settings) ? 0.5 * M_PI * extent[0] * thickness : extent[0] * thickness;
 }
 
-/// What is left out at either side [m]: three diameters at least, where a packing is looser than inside; the static solve of
-/// the bond network leaves out as much.
+/// Margin that is left out at either side [m]. It is at least three diameters, where a packing is less dense than inside. The
+/// static solution for the elastic moduli leaves out the same margin.
 double SpecimenGauge::margin(int axis, double share) const
 {
   const double extent = body.upper[axis] - body.lower[axis];
   return std::min(0.3 * extent, std::max(share * extent, 3. * packing.mean_diameter));
 }
 
-/// The middle half along y; a little is left out at the free sides.
+/// Whether a point is in the middle of the specimen: the middle half along y, without a margin at the free sides.
 bool SpecimenGauge::inside(const Vector3d &reference) const
 {
   for (int c = 0; c < dim; ++c)
@@ -44,8 +44,8 @@ bool SpecimenGauge::inside(const Vector3d &reference) const
   return true;
 }
 
-/// Mean of f (x) l over a window that falls off towards its borders over a quarter of its width, so that it matters little on
-/// which side of the border a bond lies.
+/// Weighted mean of f (x) l over the middle of the specimen. The weight decreases to zero over a quarter of the width at the
+/// borders, so the result depends little on bonds that cross them.
 double SpecimenGauge::virial_stress(const CoupledModel &model) const
 {
   Vector3d lower = body.lower, upper = body.upper;
@@ -81,7 +81,7 @@ SpecimenState SpecimenGauge::read(CoupledModel &model, double force) const
   state.middle_stress = model.fem().n_active_cells() > 0 ? state.stress : virial_stress(model);
   state.broken_bonds = model.dem().n_bonds_broken();
 
-  // Weighted least squares of u = c + G (X - X_middle): 4 x 4 normal matrix, one right-hand side a component.
+  // Weighted least squares of u = c + G (X - X_middle): 4 x 4 normal matrix, one right-hand side for each component.
   Eigen::Matrix<double, 4, 4> normal = Eigen::Matrix<double, 4, 4>::Zero();
   Eigen::Matrix<double, 4, 3> right = Eigen::Matrix<double, 4, 3>::Zero();
   const Vector3d middle = 0.5 * (body.lower + body.upper), scale = body.upper - body.lower;
@@ -107,7 +107,7 @@ SpecimenState SpecimenGauge::read(CoupledModel &model, double force) const
     const Eigen::Matrix3Xd mass = model.fem().gather(fem::NodalField::mass);
     int rank = 0;
     MPI_Comm_rank(comm, &rank);
-    if (rank == 0) // gathered fields hold every node
+    if (rank == 0) // gathered fields contain all nodes
       for (int n = 0; n < model.fem().mesh().n_nodes(); ++n)
         add(model.fem().mesh().nodes.col(n), displacement.col(n), mass(0, n));
   }
@@ -142,9 +142,9 @@ SpecimenResult SpecimenRecord::result(int dim) const
   result.peak_passed = std::any_of(states.begin() + at_peak, states.end(),
                                    [&](const SpecimenState &s) { return s.stress < 0.9 * result.strength; });
 
-  // Straight lines through the loading part: stress and lateral strain over axial strain.
+  // Linear regression in the loading part: stress and lateral strain over axial strain.
   double n = 0., x = 0., xx = 0., broken = 0.;
-  Eigen::Vector3d y = Eigen::Vector3d::Zero(), xy = Eigen::Vector3d::Zero(); // both stresses and the lateral strain
+  Eigen::Vector3d y = Eigen::Vector3d::Zero(), xy = Eigen::Vector3d::Zero(); // nominal stress, middle stress, lateral strain
   for (std::size_t k = 0; k < at_peak; ++k)
   {
     const SpecimenState &s = states[k];

@@ -8,20 +8,21 @@
 
 namespace kerf
 {
-/// What a press and the gauges on the middle of a specimen show at one time. Compression is positive.
+/// Readings of the press and of the gauges in the middle of a specimen at one time. Compression is positive.
 struct SpecimenState
 {
-  double closing = 0.;        ///< of the platens since the start [m]
+  double closing = 0.;        ///< relative displacement of the platens since the start [m]
   double stress = 0.;         ///< box: force / cross-section; disc: 2 P/(pi D t), tension at its centre [Pa]
-  double middle_stress = 0.;  ///< along y in the middle of a body of particles, by the virial of its bonds [Pa]
+  double middle_stress = 0.;  ///< stress along y in the middle of a body of particles, by the virial of its bonds [Pa]
   double axial_strain = 0.;   ///< shortening along y of the middle of the specimen [-]
-  double lateral_strain = 0.; ///< widening across y, mean of x and z in three dimensions [-]
+  double lateral_strain = 0.; ///< expansion across y, mean of x and z in three dimensions [-]
   std::int64_t broken_bonds = 0;
 };
 
-/// Reads a loaded specimen: the platens' force as nominal stress, strains from a least-squares linear fit of the displacement
-/// of particles and nodes in the middle half of the body, where the platens' contact layer and end friction are not felt.
-/// The stress of the middle differs from the nominal one where a free side is looser packed than the inside.
+/// Measures a loaded specimen. The nominal stress is the force of the platens over the area. Strains follow from a
+/// least-squares linear fit of the displacements of particles and nodes in the middle half of the body, away from the contact
+/// layer and the end friction of the platens. The middle stress differs from the nominal stress when the packing is less dense
+/// at a free side than inside.
 class SpecimenGauge
 {
 public:
@@ -42,19 +43,19 @@ private:
   double area; // force / nominal stress [m^2], 2D [m]
 };
 
-/// What a test in a press gives.
+/// Results of a test in a press.
 struct SpecimenResult
 {
-  double strength = 0.;      ///< largest nominal stress: UCS of a box, splitting (Brazilian) strength of a disc [Pa]
-  double peak_strain = 0.;   ///< axial strain of the middle at that time [-]
-  double young = 0.;         ///< of the middle: slope between 20 % and 50 % of the peak, from plane strain in 2D [Pa]
-  double nominal_young = 0.; ///< likewise with the nominal stress [Pa]
-  double poisson = 0.;       ///< from the same part of the curve [-]; box only
-  double linear_broken = 0.; ///< share of all broken bonds of the record that broke before 70 % of the peak [-]
+  double strength = 0.;    ///< largest nominal stress: UCS of a box, splitting (Brazilian) strength of a disc [Pa]
+  double peak_strain = 0.; ///< axial strain of the middle at that time [-]
+  double young = 0.; ///< Young's modulus of the middle: slope between 20 % and 50 % of the peak, for plane strain in 2D [Pa]
+  double nominal_young = 0.; ///< Young's modulus by the nominal stress [Pa]
+  double poisson = 0.;       ///< Poisson's ratio from the same part of the curve [-]; box only
+  double linear_broken = 0.; ///< fraction of the broken bonds that broke before 70 % of the peak [-]
   bool peak_passed = false;  ///< the stress has fallen below 0.9 of the peak
 };
 
-/// A disc across the platens' way is split (Brazilian test), any other body is compressed.
+/// Whether the test is a Brazilian test, which splits a disc. Any other body is compressed.
 bool is_brazilian(const ModelSettings &settings);
 
 /// The record of one test.
@@ -62,7 +63,7 @@ class SpecimenRecord
 {
 public:
   void add(const SpecimenState &state) { states.push_back(state); }
-  /// Bonds have broken and the stress is below @p fraction of its peak.
+  /// Whether bonds have broken and the stress is below @p fraction of its peak.
   bool fell_below(double fraction) const;
   SpecimenResult result(int dim) const;
 
@@ -70,6 +71,6 @@ private:
   std::vector<SpecimenState> states;
 };
 
-/// One line for a person.
+/// The result as one line of text.
 std::string specimen_text(const ModelSettings &settings, const SpecimenResult &result);
 } // namespace kerf

@@ -79,7 +79,7 @@ def force_figure(history, output):
 
 
 def specimen_figure(history, output):
-    """Nominal stress over the platens' closing and over the strains of the middle, up to a little after the peak."""
+    """Nominal stress over the displacement of the platens and over the strains of the middle, up to shortly after the peak."""
     if "nominal_stress" not in history or not np.any(history["nominal_stress"]):
         return
     stress, closing = history["nominal_stress"] / 1e6, history["platen_closing"] * MILLI
@@ -106,7 +106,7 @@ def specimen_figure(history, output):
 
 
 def cost_figure(history, output):
-    """What the adaptivity costs: particles, converted cells, broken bonds, wall time."""
+    """Cost of the adaptivity: particles, converted cells, broken bonds, wall time."""
     shown = [(name, label, colour) for name, label, colour in
              (("active_particles", "active particles", LINE_COLOURS[0]),
               ("converted_cells", "converted cells", LINE_COLOURS[3]),
@@ -128,7 +128,7 @@ def cost_figure(history, output):
 
 
 def energy_figure(history, output):
-    """All energies and works that are not zero throughout, works dashed; below, what the balance misses."""
+    """All energies and works that are not zero throughout, works dashed; below, the error of the balance."""
     names = [name for name in sorted(history.columns) if name.startswith(("energy_", "work_")) and np.any(history[name])
              and name != "energy_residual"]
     if not names:

@@ -117,7 +117,7 @@ class Snapshots:
         return self.cells.shape[1] == 8
 
     def read(self, name):
-        """A snapshot; in three dimensions what a cut through the middle of z shows of it."""
+        """A snapshot; in three dimensions the cut through the middle of z."""
         with open_results(self.directory, name) as file:
             snapshot = Snapshot(file, len(self.nodes), len(self.cells))
         if self.solid:

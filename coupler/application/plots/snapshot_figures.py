@@ -33,7 +33,7 @@ def rock_box(snapshots, drawn):
 
 
 def work_box(snapshots, drawn):
-    """(lower, upper) of the part of the rock where something happens: converted cells, broken bonds, the tool's tip."""
+    """(lower, upper) of the part of the rock with converted cells, broken bonds and the tip of the tool."""
     lower, upper = rock_box(snapshots, drawn)
     points = [np.empty((0, 2))]
     last = drawn[-1]
@@ -52,7 +52,7 @@ def work_box(snapshots, drawn):
     points = np.clip(np.concatenate(points), lower, upper)
     if not len(points):
         return lower, upper
-    # Some rock around it, and never so little that the panel becomes a strip.
+    # Some rock around it, and enough for a panel that is not too narrow.
     low, high = points.min(axis=0), np.array([points[:, 0].max(), upper[1]])
     margin = 0.12 * (high - low).max()
     low, high = low - margin, high + [margin, 0.]
@@ -81,7 +81,7 @@ def draw_cells(axis, snapshots, snapshot, colours):
     if not len(shown):
         return
     fill = colours.to_rgba(np.nan_to_num(snapshot.stress[shown]) / 1e6)
-    # The light tint of a cell in the overlap says how much of it is left.
+    # The tint of a cell in the overlap shows its weight.
     alpha = snapshot.alpha[shown, None]
     fill[:, :3] = alpha * fill[:, :3] + (1. - alpha)
     axis.add_collection(PolyCollection(cell_polygons(snapshots, snapshot, shown), facecolors=fill, edgecolors="#a9b4bf",
@@ -126,7 +126,7 @@ def draw_snapshot(axis, snapshots, snapshot, box, colours):
         for y, end in zip(snapshot.platens * MILLI, (lower[1], upper[1])):
             axis.add_patch(Rectangle((lower[0], y), upper[0] - lower[0], end - y, facecolor=TOOL_COLOUR, edgecolor="#3b3f45",
                                      linewidth=1.2, zorder=5))
-    # The tool is as a rule far larger than the rock that is shown: its lower part is enough.
+    # Only the lower part of the tool is shown, since it is usually much larger than the rock.
     axis.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1] + head), aspect="equal")
     count = f"{len(snapshot.radius):,}".replace(",", "\u202f")
     axis.set_title(f"t = {snapshot.time * MILLI:.3g} ms,  {count} particles")
@@ -199,7 +199,7 @@ def snapshot_figure(path, snapshots, drawn, box, columns, dpi):
 
 
 def snapshot_figures(directory, output):
-    """interface.png and final.png; returns what was left out and why, or None."""
+    """interface.png and final.png; returns which picture was left out and why, or None."""
     snapshots = Snapshots(directory)
     if not snapshots.names:
         return "there are no snapshots in fields/"

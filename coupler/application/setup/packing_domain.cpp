@@ -12,12 +12,13 @@ namespace kerf
 {
 namespace
 {
-/// Corners of a face in turn, with the nodes of refined neighbours that hang on its edges, so that the surface has no gaps.
+/// Corners of a face in circular order, with the hanging nodes of refined neighbours on its edges, so that the surface has no
+/// gaps.
 std::vector<int> outline(const fem::BoundaryFace &face, const std::map<std::pair<int, int>, int> &middle_of)
 {
-  static constexpr int around[4] = {0, 1, 3, 2}; // lexicographic: 0 1 along one side, 2 3 along the opposite one
+  static constexpr int around[4] = {0, 1, 3, 2}; // lexicographic order: 0 1 along one side, 2 3 along the opposite one
   std::vector<int> corners;
-  std::size_t first = 0; // a middle, if there is one: a fan from it has no triangle without area
+  std::size_t first = 0; // start at a hanging node if there is one, so that no triangle of the fan is degenerate
   for (int k = 0; k < 4; ++k)
   {
     const int from = face.nodes[around[k]], to = face.nodes[around[(k + 1) % 4]];
@@ -53,7 +54,7 @@ dem::SurfaceMesh boundary_of(const fem::Mesh &mesh)
   return surface;
 }
 
-/// All that is boundary lies in the sides of the box around.
+/// Whether all boundary faces lie in the sides of the bounding box.
 bool is_box(const fem::Mesh &mesh, const Box &box)
 {
   const Eigen::Vector3d slack = 1e-6 * (box.upper - box.lower);

@@ -8,14 +8,15 @@
 
 namespace kerf
 {
-/// What the stored packing of a case fills.
+/// The region that the stored packing of a case fills.
 struct PackingDomain
 {
-  Box box;                                         ///< around it [m]
+  Box box;                                         ///< bounding box [m]
   double volume = 0.;                              ///< [m^3] (2D: [m^2])
-  std::shared_ptr<const dem::SurfaceMesh> surface; ///< empty: the whole box
+  std::shared_ptr<const dem::SurfaceMesh> surface; ///< empty: the region is the box
 };
 
-/// The surface file of the case, else the boundary of the mesh, or its box when the mesh fills that. Throws InputError.
+/// The region inside the surface file of the case. Without a file it is the region of the mesh, as a box if the mesh is a box.
+/// Throws InputError.
 PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh);
 } // namespace kerf

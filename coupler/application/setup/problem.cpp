@@ -17,7 +17,7 @@ namespace kerf
 {
 namespace
 {
-/// Runs @p action; its errors name the place in the case, but for those that are bugs.
+/// Runs @p action and converts its errors to InputErrors that name the place in the case. Programming errors pass through.
 template <typename Action>
 auto as_input_error(const std::string &place, const Action &action)
 {
@@ -40,7 +40,7 @@ std::string case_path(const Case &settings)
   return settings.directory + "/case.prm";
 }
 
-/// What of a stored packing does not fit the case; empty when it fits.
+/// Difference between a stored packing and the case, in words; empty when the packing fits.
 std::string mismatch(const dem::Packing &packing, const Case &settings, const PackingDomain &space)
 {
   const auto differs = [](double a, double b, double scale) { return std::abs(a - b) > 1e-6 * scale; };
@@ -50,13 +50,13 @@ std::string mismatch(const dem::Packing &packing, const Case &settings, const Pa
     text << "holds no particle";
   else if (packing.kind != settings.packing.kind)
     text << "holds a " << packing.kind << " packing, Packing/Kind asks for " << settings.packing.kind;
-  else if (std::abs(packing.mean_diameter - d) > 0.01 * d) // compaction ends near the target size, not on it
+  else if (std::abs(packing.mean_diameter - d) > 0.01 * d) // compaction attains the target size approximately
     text << "has mean diameter " << packing.mean_diameter << " m, Packing/Mean diameter asks for " << d;
   else if (differs(packing.gap_tolerance, settings.packing.gap_tolerance, 1.))
     text << "has gap tolerance " << packing.gap_tolerance << ", Packing/Gap tolerance asks for "
          << settings.packing.gap_tolerance;
   else if (!(packing.lattice == settings.packing.lattice))
-    text << "holds a lattice that is turned or placed otherwise than Packing/Lattice rows and Packing/Lattice plane ask for";
+    text << "holds a lattice with another orientation or position than Packing/Lattice rows and Packing/Lattice plane ask for";
   else if (packing.kind == "random" && packing.seed != settings.packing.seed)
     text << "has seed " << packing.seed << ", Packing/Seed asks for " << settings.packing.seed;
   else
@@ -105,9 +105,9 @@ void check_tool(const Case &settings, const fem::FemSide &fem)
   }
 }
 
-/// Mode fem has no packing: one particle without bonds that never becomes active. The tool's contact stiffness k_n is that of a
-/// random packing with the mean diameter whose relaxed moduli are the rock's, E/k_n = 0.83 in the plane and E d/(2 k_n) = 0.43
-/// in space (gap tolerance 0.1, k_t/k_n = 0.25).
+/// Placeholder packing of mode fem: one particle without bonds that never becomes active. The contact stiffness k_n of the tool
+/// is that of a random packing with the relaxed moduli of the rock: E/k_n = 0.83 in two dimensions and E d/(2 k_n) = 0.43 in
+/// three (gap tolerance 0.1, k_t/k_n = 0.25).
 dem::Packing no_packing(const Case &settings, const Box &body)
 {
   dem::Packing packing;
@@ -137,7 +137,7 @@ void use_calibrated_strength(Case &settings, const dem::Packing &packing)
   settings.bond.R_n = known.R_n;
   settings.bond.R_t = known.R_t;
 }
-/// Words why the constraint refuses the case.
+/// Throws an InputError with the reason why the constraint refuses the case.
 void check_refusal(Refusal refusal, const Case &settings, const fem::FemSide &fem)
 {
   const std::string ratio = case_path(settings) +
@@ -150,7 +150,7 @@ void check_refusal(Refusal refusal, const Case &settings, const fem::FemSide &fe
   case Refusal::ratio_too_large:
     throw InputError(ratio + "with Coupling/Method = " + settings.constraint.method + ", give less than 2");
   case Refusal::unstable_overlap:
-    throw InputError(ratio + "in this overlap, give less");
+    throw InputError(ratio + "in this overlap, give a smaller value");
   case Refusal::cells_too_fine:
     throw InputError(case_path(settings) + ": Mesh/Cell size: the smallest cells have edges of " +
                      std::to_string(smallest_edge(fem.mesh()) / settings.packing.mean_diameter) +
@@ -286,7 +286,7 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
     std::ostringstream text;
     text << case_path(settings) << ": Time/Time step = " << settings.time_step << " s is above the stable step "
          << problem->stable.coupled << " s of mode " << name_of(mode) << " (finite elements " << problem->stable.fem
-         << " s, particles " << problem->stable.dem << " s); give less, or 0 for Safety x stable step";
+         << " s, particles " << problem->stable.dem << " s); give a smaller step, or 0 for Time/Safety x stable step";
     throw InputError(text.str());
   }
   problem->dt =

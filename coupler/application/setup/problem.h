@@ -10,10 +10,11 @@
 
 namespace kerf
 {
-/// What a run starts from: a checked case, its mesh and solver, its store with calibrated bonds and the time step.
+/// The initial-value problem of a run: the checked case, its mesh and solver, its packing with calibrated bonds, and the time
+/// step.
 struct Problem
 {
-  Case settings; ///< with k_n, k_t from the store
+  Case settings; ///< with k_n, k_t of the store
   std::unique_ptr<fem::FemSide> fem;
   dem::Packing packing;
   std::unique_ptr<Constraint> constraint; ///< for the CoupledModel; refers to the packing
@@ -21,16 +22,16 @@ struct Problem
   double dt = 0.;
 };
 
-/// Builds the problem and validates everything that can be known before a run. Generates, calibrates and saves the store when
-/// it is missing or made for another rock; mode fem has none. Collective. Throws InputError.
+/// Sets up the problem and checks all that can be checked before a run. Generates, calibrates and saves the store when it is
+/// missing or was calibrated for another rock. Mode fem has no store. Throws InputError. Collective.
 std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm);
 
-/// Mesh and store only (kerf pack).
+/// Reads or generates the packing of a case and calibrates its bond stiffnesses. Throws InputError. Collective.
 void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm);
 
-/// Deal.II side of the case; errors of the mesh become InputErrors that name the case.
+/// Makes the finite-element side of the case. Throws InputError for errors of the mesh. Collective.
 std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm);
 
-/// Quality of a packing, some lines for a person.
+/// Quality of a packing as text of several lines.
 std::string packing_summary(const dem::Packing &packing);
 } // namespace kerf

@@ -16,7 +16,7 @@ namespace
 {
 using Eigen::Vector3d;
 
-/// Numbers with all digits and as few characters as that takes.
+/// Writes numbers exactly with the fewest characters.
 class ExactStream
 {
 public:
@@ -27,7 +27,7 @@ public:
     if constexpr (std::is_same_v<T, double>)
     {
       char text[32];
-      out.write(text, std::to_chars(text, text + sizeof text, item + 0.).ptr - text); // + 0: no minus zero
+      out.write(text, std::to_chars(text, text + sizeof text, item + 0.).ptr - text); // + 0 removes the sign of minus zero
     }
     else
       out << item;
@@ -48,7 +48,7 @@ bool same(const ParticleBoundary::Role &a, const ParticleBoundary::Role &b)
   return true;
 }
 
-/// Particles with the same role are a type of LIGGGHTS, so that the groups of the script are short lines.
+/// Writes the script. Particles with the same boundary role form a LIGGGHTS type, so that groups take one line.
 class ScriptWriter
 {
 public:
@@ -92,7 +92,7 @@ public:
   }
 
 private:
-  /// "type 2 5" of all types that fulfil the condition; empty when there is none.
+  /// "type 2 5" for all types that satisfy the condition; empty when there is none.
   template <typename Condition>
   std::string types_with(const Condition &condition) const
   {
@@ -176,14 +176,14 @@ private:
     }
     const std::string held = types_with([](const ParticleBoundary::Role &role) { return role.held; });
     if (!held.empty())
-      out << "# Particles that rest or are driven: no forces, no rotation\n"
+      out << "# Fixed and driven particles: no forces, no rotation\n"
           << "group         held " << held << "\n"
           << "fix           hold held freeze\n\n";
     const std::string driven = types_with([](const ParticleBoundary::Role &role) { return role.driver >= 0; });
     if (!driven.empty())
     {
-      // LIGGGHTS asks for the velocity that takes the particles to the step's end: that of the half step.
-      out << "# Driven particles: velocity reached over a half cosine wave; the step goes with the velocity at its middle\n"
+      // LIGGGHTS moves the particles of a step with one velocity: that at its middle.
+      out << "# Driven particles: the velocity increases over a half cosine; each step uses the velocity at its middle\n"
           << "variable      t equal step*" << c.particles.time_step << "-" << 0.5 * c.particles.time_step << "\n";
       for (std::size_t k = 0; k < c.settings.body.boundary_conditions.size(); ++k)
         write_driver(out, static_cast<int>(k));
@@ -231,8 +231,8 @@ private:
   const ScriptContents &c;
   const bool flat;
   const dem::EngineBox box;
-  std::vector<ParticleBoundary::Role> types; // the first one is free
-  std::vector<int> type_of;                  // by index in the packing, from 1
+  std::vector<ParticleBoundary::Role> types; // the first one is without boundary condition
+  std::vector<int> type_of;                  // by index in the packing, numbered from 1
 };
 } // namespace
 

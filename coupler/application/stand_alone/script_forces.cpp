@@ -15,7 +15,7 @@ namespace
 {
 using Eigen::Vector3d;
 
-/// Reads 'KEY value...' in a fixed order.
+/// Reads the words 'KEY value...' in a fixed order. Throws InputError.
 class Words
 {
 public:
@@ -23,7 +23,7 @@ public:
   std::string text(const std::string &key = "")
   {
     if (!key.empty() && next() != key)
-      fail("'" + words[at - 1] + "' where " + key + " should be");
+      fail("'" + words[at - 1] + "' where " + key + " is expected");
     return next();
   }
   double number(const std::string &key = "")
@@ -32,7 +32,7 @@ public:
     char *end = nullptr;
     const double result = std::strtod(value.c_str(), &end);
     if (end == value.c_str() || *end != '\0' || !std::isfinite(result))
-      fail("'" + value + "' is no number");
+      fail("'" + value + "' is not a number");
     return result;
   }
   double not_negative(const std::string &key)
@@ -45,7 +45,7 @@ public:
   void end() const
   {
     if (at != words.size())
-      fail("'" + words[at] + "' is too much");
+      fail("'" + words[at] + "' is unexpected");
   }
   [[noreturn]] void fail(const std::string &what) const { throw InputError(what + ", give " + usage); }
 
@@ -53,7 +53,7 @@ private:
   const std::string &next()
   {
     if (at == words.size())
-      fail("something is missing");
+      fail("a word is missing");
     return words[at++];
   }
   const std::vector<std::string> &words;
@@ -64,7 +64,7 @@ private:
 class ToolForce final : public dem::ScriptForce
 {
 public:
-  /// A script has no finite elements: diameter and density, which only their contact needs, do not matter.
+  /// A script has no finite elements, so diameter and density of the surface contact have no effect.
   ToolForce(const ToolSettings &settings, double k_n, MPI_Comm comm) : tool(settings, 2, k_n, 1., 1., comm)
   {
     if (!tool.present())

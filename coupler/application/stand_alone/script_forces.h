@@ -7,7 +7,7 @@
 
 namespace kerf
 {
-/// What the scripts of kerf export need and LIGGGHTS has no command for, by the name of the fix:
+/// Forces in scripts of kerf export that are not part of LIGGGHTS, by the name of the fix:
 ///
 ///   kerf/tool case DIR k_n K             the tool of DIR/case.prm; f_NAME[1..3]: force of the rock on the tool [N],
 ///                                        f_NAME[4]: its power on the rock [W]

@@ -37,13 +37,13 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
       throw UnstableRun("the finite elements became unstable: stress of cell " + std::to_string(stress.cell[k]) +
                         " is not finite");
     const double distance = overlap.distance_of_cell(stress.cell[k]);
-    // A cell deep in the overlap waits one event, unless it is a new nucleus away from all particles.
+    // A cell in the outer half of the overlap waits for a later event. A cell outside the overlap starts a new particle region.
     const bool in_reach = distance <= 0.5 * overlap.width() || distance >= overlap.width();
     if (overlap.is_converted(stress.cell[k]) || !in_reach)
       continue;
     const double squared_norm = stress.sigma.col(k).head<3>().squaredNorm() + 2. * stress.sigma.col(k).tail<3>().squaredNorm();
     if (squared_norm <= quiet * quiet)
-      continue; // most of the cells
+      continue; // rejects most cells without principal stresses
     const double measure =
       stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength);
     if (measure > settings.sigma_star)
@@ -87,7 +87,7 @@ std::vector<int> enclose(const fem::Mesh &mesh, std::vector<char> &region)
   };
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
     look_at(cell);
-  for (std::size_t k = 0; k < cells.size(); ++k) // they grow
+  for (std::size_t k = 0; k < cells.size(); ++k) // the list grows
     for (const int neighbour : mesh.neighbours[cells[k]])
       look_at(neighbour);
   return cells;

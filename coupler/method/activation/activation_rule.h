@@ -10,17 +10,17 @@
 
 namespace kerf
 {
-/// Chooses the cells that become particles (Labra et al., eq. (5)): sigma > sigma*, the front advancing by at most half an
-/// overlap width an event, and no cell left behind that is enclosed by particle region. Theory (7.6), (7.8).
+/// Selects the cells to convert to particles: those with sigma > sigma* (Labra et al., eq. (5)). The front advances by at most
+/// half an overlap width in one event. Cells that the particle region encloses are converted too. Theory (7.6), (7.8).
 class ActivationRule
 {
 public:
   ActivationRule(const ActivationSettings &settings, const fem::Mesh &mesh, MPI_Comm comm);
 
-  /// Cells to convert now, sorted, the same list on every rank. Collective.
+  /// Cells to convert now, sorted, the same on every rank. Throws UnstableRun when a stress is not finite. Collective.
   std::vector<int> cells_to_convert(const fem::FemSide &fem, const Overlap &overlap) const;
 
-  /// Stress measure of every mesh cell [Pa] (0 where there are no finite elements), the same on every rank. Collective.
+  /// Stress measure of every mesh cell [Pa], zero in cells without finite elements, the same on every rank. Collective.
   Eigen::VectorXd measures(const fem::FemSide &fem) const;
 
 private:
@@ -29,7 +29,7 @@ private:
   MPI_Comm comm;
 };
 
-/// Adds cells to a region, one flag for each cell, until none outside has at most one neighbour outside: each could enclose the
-/// next. Returns the cells that came in.
+/// Adds the cells that a region encloses, those with at most one neighbour outside. Every added cell can enclose another one,
+/// so the search continues until there is none. @param region one flag for each cell. Returns the cells added.
 std::vector<int> enclose(const fem::Mesh &mesh, std::vector<char> &region);
 } // namespace kerf

@@ -11,11 +11,11 @@ void relax(const dem::BondParameters &bond, double density, int iterations, cons
            const std::function<void()> &compute_forces, const std::function<Eigen::VectorXd()> &springs)
 {
   constexpr double step = 0.9, memory = 0.55;
-  struct Mover // of this rank
+  struct Mover // a particle of this rank
   {
-    int particle;                     // in the present order, which stays
-    Eigen::Matrix<double, 6, 1> move; // displacement, rotation
-    Eigen::Vector3d target;           // acceleration
+    int particle;                     // in the present order, which does not change
+    Eigen::Matrix<double, 6, 1> move; // last increment of displacement and rotation
+    Eigen::Vector3d target;           // target acceleration
   };
   std::vector<Mover> movers;
   {
@@ -37,7 +37,7 @@ void relax(const dem::BondParameters &bond, double density, int iterations, cons
     const Eigen::VectorXd spring = springs();
     for (auto &[i, move, target] : movers)
     {
-      // Of n contacts half look along each direction; the weighted mass carries the mean contact weight.
+      // In each direction half of the contacts act with k_n and half with k_t. The weighted mass gives their mean weight.
       const double contacts = packing.coordination() * particles.mass[i] / (density * packing.volume(particles.index[i]));
       const double radius = particles.radius[i];
       move *= memory;
@@ -46,7 +46,7 @@ void relax(const dem::BondParameters &bond, double density, int iterations, cons
       move.head<3>() += step / stiffness * force;
       move.tail<3>() += step / (contacts * k_t * radius * radius) * particles.torque.col(i);
       particles.position.col(i) += move.head<3>();
-      Eigen::Map<Eigen::Vector4d> stored(particles.rotation + 4 * i); // (w, x, y, z), turned by a small angle
+      Eigen::Map<Eigen::Vector4d> stored(particles.rotation + 4 * i); // (w, x, y, z)
       const Eigen::Quaterniond turned = Eigen::Quaterniond(1., 0.5 * move[3], 0.5 * move[4], 0.5 * move[5]) *
                                         Eigen::Quaterniond(stored[0], stored[1], stored[2], stored[3]);
       stored = Eigen::Vector4d(turned.w(), turned.x(), turned.y(), turned.z()).normalized();

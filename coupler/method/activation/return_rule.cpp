@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 namespace
 {
-/// Largest distance of two corners [m].
+/// Size of a cell: largest distance of a corner from the first one [m].
 double extent_of(const fem::Mesh &mesh, int cell)
 {
   double extent = 0.;
@@ -38,7 +38,7 @@ bool ReturnRule::off() const
   return settings.return_fraction == 0.;
 }
 
-/// Cells with a particle that has a broken bond, or that has left the domain.
+/// Cells with a particle that has a broken bond or has left the domain.
 std::vector<char> ReturnRule::damaged_cells(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem)
 {
   std::vector<char> taking_part(packing.size());
@@ -62,7 +62,7 @@ std::vector<char> ReturnRule::damaged_cells(const fem::FemSide &fem, const Overl
 std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem,
                                              double time)
 {
-  constexpr int looks = 2; // in the set time
+  constexpr int looks = 2; // checks in the return time
   next_look = time + settings.return_time / looks;
   std::vector<char> converted(mesh.n_cells());
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
@@ -79,7 +79,7 @@ std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Over
       loaded_until[cell] = time;
     stays[cell] = converted[cell] && (damaged[cell] || time - loaded_until[cell] < settings.return_time);
   }
-  // Damage in the overlap: what is around it stays as it is.
+  // Particle cells around damage in the overlap do not return.
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
     if (damaged[cell] && !converted[cell])
     {

@@ -11,32 +11,32 @@
 
 namespace kerf
 {
-/// Chooses the particle cells that become finite elements again: no bond of their particles has broken, and their stress has
-/// stayed below a fraction of sigma* for a set time. No cell is given back that would be enclosed by particle region. Theory
+/// Selects the particle cells that return to the continuum. No bond of their particles has broken, and their stress has stayed
+/// below a fraction of sigma* for the return time. A cell that the particle region would enclose does not return. Theory
 /// (7.16).
 class ReturnRule
 {
 public:
-  /// @p settings, @p mesh, @p packing and @p cells are kept by reference. @param poisson ratio of the rock
+  /// @p settings, @p mesh, @p packing and @p cells are kept by reference. @param poisson Poisson's ratio of the rock
   ReturnRule(const ActivationSettings &settings, double poisson, const fem::Mesh &mesh, const dem::Packing &packing,
              VirialStress &cells, MPI_Comm comm);
 
   bool off() const;
-  /// Whether the cells should be looked at in the step that ends at @p time [s]: a few times in the set time.
+  /// Whether the rule is to be checked at @p time [s]. It is checked twice in the return time.
   bool due(double time) const { return !off() && time >= next_look; }
-  /// Cells to give back now, sorted, the same list on every rank. Collective.
+  /// Cells to return now, sorted, the same on every rank. @param time present time [s]. Collective.
   std::vector<int> cells_to_return(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem, double time);
 
 private:
   std::vector<char> damaged_cells(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem);
 
   const ActivationSettings &settings;
-  double poisson; // of the rock
+  double poisson; // Poisson's ratio of the rock
   const fem::Mesh &mesh;
   const dem::Packing &packing;
   MPI_Comm comm;
   VirialStress &cells;
-  std::vector<double> loaded_until; // by cell: last time at which it had to stay a particle cell [s]
+  std::vector<double> loaded_until; // by cell: last time at which it was continuum or its stress was too large [s]
   double next_look = 0.;
 };
 } // namespace kerf

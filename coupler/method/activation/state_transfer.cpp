@@ -15,8 +15,8 @@ namespace kerf
 using Eigen::Vector3d;
 namespace
 {
-/// Stored particles seen by the finite elements: those that lie in cells of this rank, and the window of the nodes that carry
-/// them.
+/// Interpolates fields of the finite elements at stored particles in cells of this rank. Sets the nodal window to the nodes of
+/// these cells.
 class Probe
 {
 public:
@@ -42,7 +42,7 @@ public:
     fem.set_window(nodes);
   }
 
-  /// Value and curl of a field of the window at one of the indices.
+  /// Value and curl of a nodal-window field at particle @p k of the indices.
   std::array<Eigen::Vector3d, 2> at(std::size_t k, const Eigen::Matrix3Xd &field) const
   {
     std::array<Eigen::Vector3d, 2> result{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
@@ -56,7 +56,7 @@ public:
     return result;
   }
 
-  std::vector<std::size_t> local; ///< places among the indices
+  std::vector<std::size_t> local; ///< positions in the list of indices, of particles in cells of this rank
 
 private:
   std::vector<fem::Interpolation> found;
@@ -76,7 +76,7 @@ std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap,
   fem.read_window(fem::NodalField::displacement, u);
   fem.read_window(fem::NodalField::velocity, v);
 
-  // Twelve numbers a particle travel between ranks; a list of doubles keeps this one plain gather.
+  // Index and twelve numbers of each particle, gathered as one list of doubles.
   constexpr int record = 13;
   std::vector<double> values;
   for (const std::size_t k : probe.local)
@@ -193,7 +193,8 @@ NodalState recover_nodes(const fem::FemSide &fem, dem::DemSide &dem, const dem::
     }
     Eigen::SparseMatrix<double> matrix(nodes.size(), nodes.size());
     matrix.setFromTriplets(entries.begin(), entries.end());
-    // A node that particles hardly see follows from the others: a trace of its own mean keeps the matrix definite.
+    // A node with hardly any particles in its support would make the matrix singular. The small diagonal term keeps it
+    // definite.
     constexpr double trace = 1e-10;
     for (std::size_t i = 0; i < nodes.size(); ++i)
       matrix.coeffRef(i, i) *= 1. + trace;

@@ -14,7 +14,7 @@ namespace
 /// Smallest and largest principal stress.
 std::array<double, 2> principal_range(const Eigen::Matrix<double, 6, 1> &sigma)
 {
-  if (sigma[3] == 0. && sigma[4] == 0.) // in the plane in closed form: checked for every cell every few steps
+  if (sigma[3] == 0. && sigma[4] == 0.) // closed form in the plane, since every cell is checked every few steps
   {
     const double middle = 0.5 * (sigma[0] + sigma[1]),
                  radius = std::sqrt(0.25 * std::pow(sigma[0] - sigma[1], 2) + sigma[5] * sigma[5]);
@@ -22,7 +22,7 @@ std::array<double, 2> principal_range(const Eigen::Matrix<double, 6, 1> &sigma)
   }
   Eigen::Matrix3d tensor;
   tensor << sigma[0], sigma[5], sigma[4], sigma[5], sigma[1], sigma[3], sigma[4], sigma[3], sigma[2];
-  // Not computeDirect(): its closed form is good to half the digits only.
+  // Not computeDirect(): its closed form is accurate to half of the digits only.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(tensor, Eigen::EigenvaluesOnly);
   return {solver.eigenvalues()[0], solver.eigenvalues()[2]};
 }
@@ -50,7 +50,7 @@ double stress_measure(Criterion criterion, const Eigen::Matrix<double, 6, 1> &si
 
 double norm_below(double measure, double tensile_strength, double compressive_strength)
 {
-  // Principal stresses and the von Mises stress are at most 1 and sqrt(3/2) times the norm, the trace sqrt(3).
+  // Bounds relative to the norm: principal stress 1, von Mises stress sqrt(3/2), trace sqrt(3).
   return measure / (1. + std::max(1., tensile_strength / compressive_strength));
 }
 } // namespace kerf

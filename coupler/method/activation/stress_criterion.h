@@ -7,14 +7,14 @@
 
 namespace kerf
 {
-/// Stress measure [Pa] that is compared with sigma* (Labra et al., eq. (5)), from a Cauchy stress xx, yy, zz, yz, xz, xy [Pa],
-/// tension positive. Mohr-Coulomb in principal stresses: sigma_1/f_t - sigma_3/f_c = 1 at failure; the measure is f_t times the
-/// left side, so that sigma* is a part of the tensile strength for all stress states. Drucker-Prager likewise: sqrt(J_2) + a
-/// I_1 = k at failure with a = (f_c - f_t)/(sqrt(3) (f_c + f_t)) and k = 2 f_c f_t/(sqrt(3) (f_c + f_t)), the cone through both
-/// uniaxial strengths (Drucker & Prager 1952); the measure is f_t/k times the left side. Theory (7.4), (7.5).
+/// Stress measure [Pa] that is compared with sigma* (Labra et al., eq. (5)). @p sigma is the Cauchy stress xx, yy, zz, yz, xz,
+/// xy [Pa], tension positive. Mohr-Coulomb fails at sigma_1/f_t - sigma_3/f_c = 1 in principal stresses. The measure is f_t
+/// times the left side, so sigma* is a fraction of the tensile strength in every stress state. Drucker-Prager (1952) fails at
+/// sqrt(J_2) + a I_1 = k with a = (f_c - f_t)/(sqrt(3) (f_c + f_t)) and k = 2 f_c f_t/(sqrt(3) (f_c + f_t)), the cone through
+/// both uniaxial strengths. The measure is f_t/k times the left side. Theory (7.4), (7.5).
 double stress_measure(Criterion criterion, const Eigen::Matrix<double, 6, 1> &sigma, double tensile_strength,
                       double compressive_strength);
 
-/// A stress with this Frobenius norm or less is below the measure by any criterion [Pa].
+/// Lower bound of the Frobenius norm of a stress that reaches @p measure by any criterion [Pa].
 double norm_below(double measure, double tensile_strength, double compressive_strength);
 } // namespace kerf

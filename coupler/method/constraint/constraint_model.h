@@ -9,14 +9,14 @@
 
 namespace kerf
 {
-/// What a constraint is made from.
+/// Parameters from which a constraint is made.
 struct ConstraintModel
 {
   ConstraintSettings settings;
   OverlapSettings overlap;
-  double k_n = 0., k_t = 0.;             ///< of the bonds [N/m], 2D per metre
-  double mean_diameter = 0.;             ///< d of the particles [m]
-  const dem::Packing *packing = nullptr; ///< outlives the constraint
+  double k_n = 0., k_t = 0.;             ///< stiffnesses of the bonds [N/m] (2D: per metre)
+  double mean_diameter = 0.;             ///< mean particle diameter d [m]
+  const dem::Packing *packing = nullptr; ///< must outlive the constraint
   MPI_Comm comm = MPI_COMM_WORLD;
 };
 } // namespace kerf

@@ -54,7 +54,7 @@ void LumpedMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::P
   const bool stepping = phase == dem::Phase::step;
   const double dt = settings.time_step;
   if (stepping)
-    fem.read_window(fem::NodalField::velocity, velocity); // while the window is that of the step before
+    fem.read_window(fem::NodalField::velocity, velocity); // before update() changes the nodal window
   work.begin(phase, particles, velocity);
   const InterpolationChange change = interpolation.update(particles, fem);
   work.add_energy(ties.loads.follow(phase, change, interpolation, ties.cells, particles, dt, packing.size(), settings.comm));
@@ -64,7 +64,7 @@ void LumpedMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::P
     fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::force, force);
-  // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
+  // In a step the velocity is v^{n-1/2} and the forces advance it to v^{n+1/2}. After a setup they advance it by half a step.
   const double tau = stepping ? dt : 0.5 * dt;
   ahead = velocity + tau * inverse_node_mass.cwiseProduct(force);
   const double power =
@@ -75,9 +75,9 @@ void LumpedMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::P
   work.end(node_force, velocity);
 }
 
-/// Adds the forces. Returns the power of the forces of the step before and of these on the particles [W].
-/// What asks for a force is linear in velocities and places, so that dchi/dt + kappa chi/dt is the difference of one field of
-/// the nodes and one number of the particle.
+/// Adds the forces. Returns the power on the particles of the forces of the previous step and of the new ones [W]. The
+/// expression dchi/dt + kappa chi/dt is linear in velocities and positions, so it is the difference of one nodal field and one
+/// vector of the particle.
 template <int dim, bool periodic>
 double LumpedMultiplierConstraint::pull(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
@@ -87,7 +87,7 @@ double LumpedMultiplierConstraint::pull(Ties<dim> &ties, double tau, dem::Partic
   node_force.setZero(3, interpolation.n_window());
   target = ahead + closing * displacement;
   SimdPack power = {};
-  typename Vectors::Couple of_particles, of_nodes; // about the origin
+  typename Vectors::Couple of_particles, of_nodes; // moments about the origin
   int k = 0;
   for (const auto &cell : ties.cells.cells())
   {
@@ -110,7 +110,7 @@ double LumpedMultiplierConstraint::pull(Ties<dim> &ties, double tau, dem::Partic
         const SimdPack own_velocity = Vectors::load(particles.velocity.data(), at),
                        own_force = Vectors::load(particles.force.data(), at);
         SimdPack position = Vectors::load(particles.position.data(), at);
-        if (periodic) // the image next to its place
+        if (periodic) // the periodic image closest to the finite-element position
           position = value_of(place, xi) - CellBatches<dim>::template gap<true>(place, xi, position, packing.periodic);
         const SimdPack asked =
           value_of(rate, xi) - own_velocity - closing * position - tau * ties.inverse_mass.of(k, p, cell) * own_force;

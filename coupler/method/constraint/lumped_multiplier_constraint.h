@@ -9,11 +9,11 @@
 
 namespace kerf
 {
-/// Multipliers on the particles with their matrix lumped to its diagonal (Xiao & Belytschko 2004): every particle gets the
-/// force that would make its velocity agree with the finite elements if its neighbours were pushed alike,
+/// Multipliers on the particles with a lumped constraint matrix (Xiao & Belytschko 2004). The force on a particle would make
+/// its velocity equal to that of the finite elements if its neighbours received the same force,
 ///   lambda_i = (dchi_i/dt + kappa chi_i/dt)/(dt D_i),   D_i = 1/m_i + sum_a N_ia/M_a sum_j N_ja.
-/// Smooth motion is tied fully; what differs from particle to particle is damped, so waves that the finite elements cannot
-/// carry are absorbed. kappa takes the gap itself back. Theory (5.19).
+/// Smooth motions satisfy the constraint exactly. Motions that vary from particle to particle are damped, so waves that the
+/// finite elements cannot represent are absorbed. The term with kappa reduces the displacement gap. Theory (5.19).
 class LumpedMultiplierConstraint : public Constraint
 {
 public:
@@ -21,7 +21,7 @@ public:
   {
     MPI_Comm comm = MPI_COMM_WORLD;
     double time_step = 0.; ///< [s]
-    double closing = 0.;   ///< kappa, share of the gap that is taken back in a step, below 2 [-]
+    double closing = 0.;   ///< kappa, fraction of the gap that is removed in a step, below 2 [-]
   };
 
   /// @param packing kept by reference
@@ -35,11 +35,11 @@ public:
   int n_particles() const override { return interpolation.n_particles(); }
 
   Refusal refusal(double) const override { return settings.closing >= 2. ? Refusal::ratio_too_large : Refusal::none; }
-  double bound_of_added_omega2(double, double) const override { return 0.; }             // never lowers the limit
-  double operator_coefficient(const OperatorTie &, double) const override { return 0.; } // likewise
+  double bound_of_added_omega2(double, double) const override { return 0.; }             // does not reduce the stable step
+  double operator_coefficient(const OperatorTie &, double) const override { return 0.; } // nor here
 
 private:
-  /// The ties of this rank.
+  /// The tied particles of this rank.
   template <int dim>
   struct Ties
   {
@@ -58,9 +58,9 @@ private:
   Settings settings;
   const dem::Packing &packing;
   ParticleInterpolation interpolation;
-  Ties<2> ties_2d; // one of the two
+  Ties<2> ties_2d; // one of the two is used
   Ties<3> ties_3d;
-  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, target, force, node_force; // of the window's nodes
+  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, ahead, target, force, node_force; // at window nodes
   CoupleOnNodes couples;
   InterfaceWork work;
 };

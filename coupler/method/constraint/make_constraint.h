@@ -16,16 +16,17 @@ struct ConstraintMethod
 {
   std::string name;
   std::function<std::unique_ptr<Constraint>(const ConstraintModel &)> make;
-  bool can_correct = false; ///< takes Coupling/Corrector
+  bool can_correct = false; ///< allows Coupling/Corrector
 };
 
-/// All methods; those of kerf are listed in make_constraint.cpp.
+/// All methods. The built-in ones are listed in make_constraint.cpp.
 const std::vector<ConstraintMethod> &constraint_methods();
-/// Adds a method before a case is read. Throws std::logic_error when the name is taken.
+/// Adds a method. To be called before a case is read. Throws std::logic_error when the name exists.
 void register_constraint_method(const ConstraintMethod &method);
-/// Throws std::logic_error when there is none of this name.
+/// The method of this name. Throws std::logic_error when there is none.
 const ConstraintMethod &constraint_method(const std::string &name);
 
-/// The constraint of the method that the settings name. set_time_step() is to follow.
+/// Makes the constraint that the settings name. The caller must call set_time_step() next. Throws std::logic_error when the
+/// name is unknown.
 std::unique_ptr<Constraint> make_constraint(const ConstraintModel &model);
 } // namespace kerf

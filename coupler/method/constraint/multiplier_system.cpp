@@ -15,7 +15,7 @@ MultiplierSystem::MultiplierSystem(int dim, const std::vector<Row> &rows, const 
     entries.clear();
     for (std::size_t begin = 0, end; begin < rows.size(); begin = end)
     {
-      // Rows of the same nodes stand side by side: their sum is one entry.
+      // Consecutive rows with the same nodes are summed before they enter the matrix.
       const Row &first = rows[begin];
       double sum[8][8] = {};
       for (end = begin;
@@ -48,7 +48,7 @@ MultiplierSystem::MultiplierSystem(int dim, const std::vector<Row> &rows, const 
     }
     Eigen::SparseMatrix<double> A = matrix_of([&](const Row &row) { return row.c * row.c * row.inverse_mass[axis]; });
     A += Eigen::SparseMatrix<double>(node_matrix * inverse_mass.asDiagonal() * node_matrix);
-    // Nodes with few particles near them leave a multiplier undetermined; it does nothing then, whatever its value.
+    // A node with few particles in its support can leave its multiplier undetermined. Its value then has no effect.
     double largest = 0.;
     for (Eigen::Index a = 0; a < A.rows(); ++a)
       largest = std::max(largest, A.coeff(a, a));
@@ -118,7 +118,7 @@ void MultiplierSystem::solve_in(Eigen::MatrixXd &values) const
     View(values.data() + dim * a) = ConstView(x + dim * place[a]);
 }
 
-/// B is symmetric: a column is a row.
+/// B is symmetric, so a column serves as the row.
 template <int dim>
 void MultiplierSystem::multiply_in(const Eigen::MatrixXd &values, Eigen::MatrixXd &result) const
 {

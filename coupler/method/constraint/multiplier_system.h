@@ -8,29 +8,29 @@
 
 namespace kerf
 {
-/// The equations of the weak constraint, for every node a of the overlap
+/// The equations of the weak constraint. For every node a of the overlap
 ///   sum_i c_i N_ia (v_i - sum_b N_ib v_b) = 0,   c_i the volume of the particle inside the overlap.
 /// Forces -c_i sum_a N_ia lambda_a on particles and (B lambda)_a on nodes, B = N^T c N, enforce it with
 ///   A lambda = momentum gap/dt,   A = N^T c^2/m N + B M^-1 B.
-/// Each component of displacement has its own masses, which may be infinite. The matrices have entries at the same places, so
-/// the components are solved side by side. Theory (5.9), (5.12).
+/// Each displacement component has its own masses, which may be infinite. The matrices of the components have the same sparsity
+/// pattern, so the components are solved together. Theory (5.9), (5.12).
 class MultiplierSystem
 {
 public:
-  /// One row for every tied particle of the model.
+  /// One row for each tied particle of the model.
   struct Row
   {
-    double c = 0.;                        ///< [m^3], 2D [m^2]
-    std::array<double, 3> inverse_mass{}; ///< of the particle [1/kg]
+    double c = 0.;                        ///< [m^3] (2D: [m^2])
+    std::array<double, 3> inverse_mass{}; ///< inverse mass of the particle in each direction [1/kg]
     int n = 0;
-    const int *node = nullptr; ///< n places among the nodes of the overlap
+    const int *node = nullptr; ///< n positions in the list of overlap nodes
     const double *N = nullptr; ///< n shape functions
   };
 
-  /// @param inverse_node_mass [1/kg], zero where a node's motion is prescribed
+  /// @param inverse_node_mass [1/kg], zero where the motion of a node is prescribed. Throws UnstableRun when A is singular.
   MultiplierSystem(int dim, const std::vector<Row> &rows, const Eigen::Matrix3Xd &inverse_node_mass);
 
-  /// Values of the nodes: dim rows, a column a node.
+  /// Solves A x = values. @param values dim rows, one column for each node; the solution on return
   void solve(Eigen::MatrixXd &values) const;
   /// result = B values
   void multiply(const Eigen::MatrixXd &values, Eigen::MatrixXd &result) const;
@@ -44,7 +44,7 @@ private:
 
   int dim;
   Eigen::SparseMatrix<double> node_matrix; // B
-  // A = P^T L D L^T P of each component: the columns of L below the diagonal one after the other.
+  // A = P^T L D L^T P of each component. The columns of L below the diagonal are stored consecutively.
   std::vector<int> place, first, row;
   Eigen::MatrixXd lower, inverse_diagonal; // dim rows
   mutable Eigen::MatrixXd permuted;

@@ -121,13 +121,13 @@ void PenaltyConstraint::place(std::vector<dem::NewParticle> &particles, const fe
     return;
   const Eigen::Matrix3Xd u = fem.gather(fem::NodalField::displacement), v = fem.gather(fem::NodalField::velocity);
   if (u.isZero(0.) && v.isZero(0.))
-    return; // as particles lie in the store; alone they need no corrector
+    return; // the undeformed body needs no correction
   make_corrector(fem);
   corrector->set_masses(fem.gather(fem::NodalField::mass).row(0));
   corrector->place(particles, u, v);
 }
 
-/// As ParticleInterpolation::tied_masses(), of the rows with fluctuations.
+/// Like ParticleInterpolation::tied_masses(), for the rows of the corrector.
 std::vector<double> PenaltyConstraint::masses_of_rows(const dem::Particles &particles, const fem::FemSide &fem)
 {
   if (of_nodes.empty())
@@ -243,7 +243,7 @@ void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::
   if (settings.damping > 0.)
   {
     if (phase == dem::Phase::step)
-      fem.read_window(fem::NodalField::velocity, node_velocity); // while the window is that of the step before
+      fem.read_window(fem::NodalField::velocity, node_velocity); // before update() changes the nodal window
     damping_work.begin(phase, particles, node_velocity);
   }
   n_local = particles.n;
@@ -255,7 +255,7 @@ void PenaltyConstraint::apply(dem::Phase phase, dem::Particles &particles, fem::
     add_damping(particles, fem);
 }
 
-/// Damping looks at the velocities of the half step before.
+/// Damping uses the velocities of the last half step. Theory (5.7).
 void PenaltyConstraint::add_damping(dem::Particles &particles, fem::FemSide &fem)
 {
   fem.read_window(fem::NodalField::velocity, node_velocity);

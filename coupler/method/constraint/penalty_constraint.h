@@ -12,12 +12,15 @@ namespace kerf
 {
 /// Penalty forces f_i = -k_i chi_i on the particle and N_a k_i chi_i on the nodes (Labra et al., eq. (4)).
 ///  - constant: k_i = k_DF for all (Labra et al.);
-///  - mass scaled: k_i = beta mu_i/dt^2 with the weighted masses of ParticleInterpolation::tied_masses(), so that the stiffness
-///  falls
-///    with the masses towards both ends of the overlap and adds at most beta to dt^2 omega^2, whatever the cells and weights.
-/// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical. Theory (5.7).
-/// With a corrector chi_i is the gap to the place that a particle of a random packing fluctuates to about the smooth field (see
-/// Corrector), and nodes get the exact gradient of the springs' energy: no rotation changes it, so it keeps both momenta.
+///  - mass scaled: k_i = beta mu_i/dt^2 with the weighted masses of ParticleInterpolation::tied_masses(). The stiffness
+///    decreases with the masses towards both ends of the overlap. It adds at most beta to dt^2 omega^2 for any cells and
+///    weights.
+///
+/// Interface damping adds -2 xi sqrt(k_i mu_i) dchi_i/dt, a fraction xi of critical damping. Theory (5.7).
+///
+/// With a corrector chi_i is the gap to the corrected position, which includes the fluctuation of the particle about the smooth
+/// field (see Corrector). The nodes then receive the exact gradient of the spring energy. This energy is invariant under
+/// rotations, so linear and angular momentum are conserved.
 class PenaltyConstraint : public Constraint
 {
 public:
@@ -30,7 +33,7 @@ public:
     double time_step = 0.; ///< [s]
     double damping = 0.;   ///< xi [-], not with a corrector
     bool corrector = false;
-    double k_n = 0., k_t = 0.; ///< of the bonds, for the fluctuations [N/m]
+    double k_n = 0., k_t = 0.; ///< stiffnesses of the bonds, for the fluctuations [N/m]
   };
 
   /// @param packing kept by reference
@@ -47,8 +50,8 @@ public:
 
   Refusal refusal(double smallest_edge) const override;
   double bound_of_added_omega2(double dt, double lightest) const override;
-  bool depends_on_overlap() const override { return !settings.mass_scaled; } // constant springs know no masses
-  int cells_around() const override { return settings.corrector ? 2 : 1; }   // strains around a node look a cell farther
+  bool depends_on_overlap() const override { return !settings.mass_scaled; } // constant springs do not scale with the masses
+  int cells_around() const override { return settings.corrector ? 2 : 1; }   // nodal strains use one more layer
   double operator_coefficient(const OperatorTie &tie, double dt) const override;
   std::vector<TieRow> rows(const fem::FemSide &fem, const std::vector<TiedParticle> &tied) override;
 
@@ -76,14 +79,14 @@ private:
   Settings settings;
   const dem::Packing &packing;
   ParticleInterpolation interpolation;
-  Springs<2> springs_2d; // one of the two
+  Springs<2> springs_2d; // one of the two is used
   Springs<3> springs_3d;
-  std::vector<double> stiffness, viscosity; // of each entry
-  std::unique_ptr<Corrector> corrector;     // made when the finite elements are known
-  std::vector<TiedParticle> tied;           // with a corrector only, like the rest
-  std::vector<double> of_nodes;             // of 1/mu of each of them, what the nodes add [1/kg]; empty: not known yet
+  std::vector<double> stiffness, viscosity; // of each tied particle of this rank
+  std::unique_ptr<Corrector> corrector;     // made at the first use of the finite elements
+  std::vector<TiedParticle> tied;           // with a corrector only
+  std::vector<double> of_nodes; // contribution of the nodes to 1/mu of each tied particle [1/kg]; empty: not known yet
   Eigen::Matrix3Xd node_displacement, node_velocity, node_force;
-  int n_local = 0; // particles of this rank
+  int n_local = 0; // number of particles of this rank
   double stored = 0.;
   InterfaceWork damping_work;
 };
@@ -91,8 +94,8 @@ private:
 /// The constant penalty and the mass-scaled one.
 std::unique_ptr<Constraint> make_penalty(const ConstraintModel &model);
 std::unique_ptr<Constraint> make_mass_scaled_penalty(const ConstraintModel &model);
-/// k_i of both kinds [N/m]; @p mu reduced mass [kg]. Theory (5.3), (5.5).
+/// Stiffness k_i of both kinds [N/m]. @param share see TiedParticle. @param mu reduced mass [kg]. Theory (5.3), (5.5).
 double penalty_stiffness(const PenaltyConstraint::Settings &settings, double share, double mu);
-/// 2 xi sqrt(k share mu) [N s/m]
+/// Viscosity 2 xi sqrt(k share mu) [N s/m]. Theory (5.7).
 double penalty_viscosity(const PenaltyConstraint::Settings &settings, double share, double mu);
 } // namespace kerf

@@ -11,14 +11,15 @@ namespace kerf
 {
 namespace
 {
-/// Share of the gap between the mean displacements that is taken back in a step. The velocities are tied exactly, so only the
-/// placing of new particles and forces that the coupler does not see, like local damping, take them apart. Theory (5.14).
+/// Fraction of the gap between the mean displacements that is removed in a step. The constraint on velocities is exact, so a
+/// gap arises only from the projection of new particles and from forces that are unknown to the constraint, like local damping.
+/// Theory (5.14).
 constexpr double drift_share = 0.02;
 
-/// Edges of cells in particle diameters below which too few particles are left for means around nodes.
+/// Smallest cell edge in particle diameters. Smaller cells hold too few particles for means around nodes.
 constexpr double finest_cells = 1.5;
 
-/// The weak constraint on motions of the coupled operator. Theory (8.3).
+/// Projection onto the motions that satisfy the weak constraint, for the coupled operator. Theory (8.3).
 class MultiplierProjection : public MotionProjection
 {
 public:
@@ -30,8 +31,8 @@ private:
   const std::vector<OperatorTie> &ties;
   const Eigen::VectorXd &inverse_root_mass;
   std::unique_ptr<MultiplierSystem> equations;
-  std::vector<int> multiplier_nodes; // first degrees of freedom
-  std::vector<int> tie_multipliers;  // 8 a tie: place among multiplier_nodes
+  std::vector<int> multiplier_nodes; // by their first degrees of freedom
+  std::vector<int> tie_multipliers;  // 8 for each tied particle: positions in multiplier_nodes
 };
 
 MultiplierProjection::MultiplierProjection(int dim, const std::vector<OperatorTie> &ties,
@@ -98,8 +99,9 @@ void MultiplierProjection::project(Eigen::VectorXd &y) const
 
 } // namespace
 
-/// A particle of the outermost row weighs d/(2 L_o). Springs of that share of k_n give way to its load by about the strain of a
-/// diameter, and are a per cent of the stiffness of a particle that weighs one half. Theory (5.17).
+/// A particle of the outermost row has the weight d/(2 L_o). The springs have this fraction of k_n. Under the load of the
+/// particle they yield by about its diameter times the strain. They are about one per cent of the stiffness of a particle with
+/// weight one half. Theory (5.17).
 std::unique_ptr<Constraint> make_weak_multipliers(const ConstraintModel &model)
 {
   WeakMultiplierConstraint::Settings settings;
@@ -116,7 +118,7 @@ double fluctuation_share(double weight, double share)
 
 double holding_spring(const WeakMultiplierConstraint::Settings &settings, double weight, double share, double mass)
 {
-  constexpr double share_of_step = 0.5; // of omega^2 dt^2, at most
+  constexpr double share_of_step = 0.5; // largest contribution to omega^2 dt^2
   const double dt = settings.time_step;
   return fluctuation_share(weight, share) *
          std::min(settings.holding * (1. - weight) * (1. - weight), share_of_step * mass / (dt * dt));
@@ -142,7 +144,7 @@ Refusal WeakMultiplierConstraint::refusal(double smallest_edge) const
 
 double WeakMultiplierConstraint::bound_of_added_omega2(double, double) const
 {
-  return 2. * settings.relaxation; // of fluctuations, which move no node
+  return 2. * settings.relaxation; // for fluctuations, which do not move nodes
 }
 
 double WeakMultiplierConstraint::operator_coefficient(const OperatorTie &tie, double dt) const
@@ -192,8 +194,8 @@ void WeakMultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &part
   couples.renew(fem.mesh(), interpolation.window(), inverse_node_mass);
 }
 
-/// Every rank builds the equations of all entries and solves them: they are as many as the nodes of the overlap, and what each
-/// rank adds to their right-hand side is a sum.
+/// Every rank builds and solves the equations of all ranks. Their number is that of the overlap nodes. The right-hand side is
+/// summed over the ranks.
 template <int dim>
 void WeakMultiplierConstraint::build_equations(const Ties<dim> &ties, const dem::Particles &particles, const fem::FemSide &fem)
 {
@@ -241,13 +243,13 @@ void WeakMultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles
     apply(ties_3d, phase, particles, fem);
 }
 
-/// Finds the forces after which the mean velocities agree at the next half step, and adds them.
+/// Computes and adds the forces that make the mean velocities equal at the next half step.
 template <int dim>
 void WeakMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
   const bool stepping = phase == dem::Phase::step;
   if (stepping)
-    fem.read_window(fem::NodalField::velocity, velocity); // while the window is that of the step before
+    fem.read_window(fem::NodalField::velocity, velocity); // before update() changes the nodal window
   work.begin(phase, particles, velocity);
   const InterpolationChange change = interpolation.update(particles, fem);
   const double dt = settings.time_step;
@@ -258,7 +260,7 @@ void WeakMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Par
     fem.read_window(fem::NodalField::velocity, velocity);
   fem.read_window(fem::NodalField::displacement, displacement);
   fem.read_window(fem::NodalField::force, force);
-  // In a step the hook sees v^{n-1/2} and the forces lead to v^{n+1/2}; after a setup half a step leads there.
+  // In a step the velocity is v^{n-1/2} and the forces advance it to v^{n+1/2}. After a setup they advance it by half a step.
   const double tau = stepping ? dt : 0.5 * dt;
   packing.periodic.isZero(0.) ? gather_gaps<dim, false>(ties, tau, particles) : gather_gaps<dim, true>(ties, tau, particles);
   solve<dim>(tau);
@@ -272,9 +274,9 @@ void WeakMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Par
   work.end(node_force, velocity);
 }
 
-/// Holds light particles by springs along chi, relaxes fluctuations by f_i = -viscosity (v_i - sum_a N_a v_a), and adds up at
-/// the nodes, three rows each: c N (velocity after the step, with what chi asks for to close), reaction of the
-/// relaxation, reaction of the springs. Theory (5.11), (5.15), (5.17).
+/// Adds spring forces along chi to light particles and relaxation forces f_i = -viscosity (v_i - sum_a N_a v_a). Assembles
+/// three vectors at each node: the momentum sum c N (velocity after the step, corrected for the gap chi), the reaction of the
+/// relaxation, and the reaction of the springs. Theory (5.11), (5.15), (5.17).
 template <int dim, bool periodic>
 void WeakMultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Particles &particles)
 {
@@ -328,7 +330,8 @@ void WeakMultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Par
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, settings.comm);
 }
 
-/// The multipliers, and the forces at the nodes; the first rank adds them. Theory (5.12).
+/// Solves for the multipliers. The nodal forces are computed on the first rank only, so that they are added once. Theory
+/// (5.12).
 template <int dim>
 void WeakMultiplierConstraint::solve(double tau)
 {
@@ -345,7 +348,7 @@ void WeakMultiplierConstraint::solve(double tau)
   node_force.topRows<dim>() = sums.middleRows<dim>(3) + ahead;
 }
 
-/// The multipliers' forces on the particles. Returns the power of the forces of the step before and of these [W].
+/// Adds the multiplier forces to the particles. Returns the power of the forces of the previous step and of the new ones [W].
 template <int dim>
 double WeakMultiplierConstraint::scatter_forces(Ties<dim> &ties, dem::Particles &particles)
 {

@@ -11,11 +11,12 @@
 
 namespace kerf
 {
-/// Weak multipliers on the finite-element nodes: the mean velocity of the particles around every node of the overlap equals
-/// that of the finite elements, exactly, at every half step (see MultiplierSystem). Particles keep their fluctuations about
-/// that mean, which a random packing needs; a viscous tie relaxes them by a fraction rho a step, so that what the finite
-/// elements cannot carry fades in the overlap. Towards the outer end of the overlap, where particles weigh less and less
-/// against the loads that the multipliers pass on, weak springs hold each of them near its point. Theory (5.9).
+/// Weak multipliers on the finite-element nodes. The weighted mean velocity of the particles around every node of the overlap
+/// equals that of the finite elements exactly at every half step (see MultiplierSystem). The fluctuations about the mean, which
+/// a random packing needs for equilibrium, are free. A viscous force relaxes them by a fraction rho in every step, so motions
+/// that the finite elements cannot represent decay in the overlap. Towards the outer end of the overlap the weights of the
+/// particles become small compared with the multiplier forces. There weak springs hold each particle near the finite-element
+/// field. Theory (5.9), (5.15), (5.17).
 class WeakMultiplierConstraint : public Constraint
 {
 public:
@@ -23,8 +24,8 @@ public:
   {
     MPI_Comm comm = MPI_COMM_WORLD;
     double time_step = 0.;  ///< [s]
-    double relaxation = 0.; ///< rho, share of a fluctuation taken out in a step [-]
-    double holding = 0.;    ///< stiffness of the springs on particles that weigh next to nothing, see holding_spring() [N/m]
+    double relaxation = 0.; ///< rho, fraction of a fluctuation that is removed in a step [-]
+    double holding = 0.;    ///< stiffness of the springs on particles of weight zero, see holding_spring() [N/m]
   };
 
   /// @param packing kept by reference
@@ -44,20 +45,20 @@ public:
                                                const Eigen::VectorXd &inverse_root_mass) const override;
 
 private:
-  /// The ties of this rank: what a step needs of them, and the loads of the present step.
+  /// The tied particles of this rank: constants of a step and forces of the present step.
   template <int dim>
   struct Ties
   {
     CellBatches<dim> cells;
-    ForceHistory<dim> loads;          ///< the springs' apart
+    ForceHistory<dim> loads;          ///< constraint forces without the springs
     std::vector<SimdLanes> c;         ///< see MultiplierSystem
     std::vector<SimdLanes> spring;    ///< [N/m]
     std::vector<SimdLanes> viscosity; ///< rho m/dt times fluctuation_share() [N s/m]
     InverseMass<dim> inverse_mass;
-    // of each pack
+    // one value for each pack
     std::vector<SimdPack> gap;      ///< -chi [m]
-    std::vector<SimdPack> velocity; ///< of the particles [m/s]
-    std::vector<SimdPack> relaxed;  ///< force of the relaxation on the particles [N]
+    std::vector<SimdPack> velocity; ///< velocity of the particles [m/s]
+    std::vector<SimdPack> relaxed;  ///< relaxation force on the particles [N]
   };
 
   template <int dim>
@@ -78,22 +79,22 @@ private:
   int rank = 0;
   ParticleInterpolation interpolation;
   std::unique_ptr<MultiplierSystem> equations;
-  Ties<2> ties_2d; // one of the two
+  Ties<2> ties_2d; // one of the two is used
   Ties<3> ties_3d;
-  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force; // of the window's nodes
-  Eigen::Matrix<double, 9, Eigen::Dynamic> sums;                     // three vectors for each node, see gather_gaps()
-  Eigen::MatrixXd lambda, ahead;                                     // of the nodes, a row an axis
-  Eigen::Matrix3Xd node_force, reaction;                             // without and with the springs'
-  double stored = 0.;                                                // in the springs [J]
+  Eigen::Matrix3Xd inverse_node_mass, displacement, velocity, force; // at the nodes of the nodal window
+  Eigen::Matrix<double, 9, Eigen::Dynamic> sums;                     // three vectors at each node, see gather_gaps()
+  Eigen::MatrixXd lambda, ahead;                                     // at the nodes, one row for each axis
+  Eigen::Matrix3Xd node_force, reaction;                             // nodal forces without and with those of the springs
+  double stored = 0.;                                                // energy of the springs [J]
   CoupleOnNodes couples;
-  InterfaceWork work; // of all forces but the springs'
+  InterfaceWork work; // work of all constraint forces except the springs
 };
 
 std::unique_ptr<Constraint> make_weak_multipliers(const ConstraintModel &model);
-/// What of a particle's fluctuation is relaxed and held: its share, but all of it where it weighs next to nothing. [-] Theory
-/// (5.16).
+/// Fraction of a particle's fluctuation that relaxation and springs act on [-]: its share, but at least one minus its weight.
+/// Theory (5.16).
 double fluctuation_share(double weight, double share);
-/// holding (1 - w)^2 for that share, less where the particle's mass would make it govern the stable step [N/m]. @param mass
-/// weighted [kg]
+/// Stiffness of the holding spring [N/m]: fluctuation_share() times holding (1 - w)^2. It is limited by the weighted @p mass
+/// [kg], so that it does not govern the stable step. Theory (5.17).
 double holding_spring(const WeakMultiplierConstraint::Settings &settings, double weight, double share, double mass);
 } // namespace kerf

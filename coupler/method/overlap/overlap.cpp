@@ -28,7 +28,7 @@ std::vector<std::vector<int>> cells_by_node(const fem::Mesh &mesh)
   return cells;
 }
 
-/// Distances below this fraction of the overlap width are zero: round-off of lattice and mesh coordinates.
+/// Distances below this fraction of the overlap width count as zero, because lattice and mesh coordinates have round-off.
 constexpr double on_border = 1e-9;
 } // namespace
 
@@ -73,7 +73,7 @@ void Overlap::restore(const std::vector<int> &cells)
   convert(left);
 }
 
-/// Particles that lie in a converted cell and touch one that is not.
+/// Particles on the border of the particle region: in a converted cell and on one that is not converted.
 std::vector<char> Overlap::on_region_border() const
 {
   const double tolerance = on_border * overlap_width;
@@ -99,8 +99,9 @@ std::vector<char> Overlap::on_region_border() const
   return border;
 }
 
-/// In a uniform stress the weighted bonds of a particle load it with sum_j (w_j - w_i)/2 f_ij, f_ij along the branch x_ij for
-/// the most part. Linear weights change along the distance phi, which is constant outside the overlap. Theory (4.5).
+/// Share of a tied particle, see TiedParticle. In a uniform stress the weighted bonds of particle i exert the force sum_j (w_j
+/// - w_i)/2 f_ij on it. The bond forces f_ij act mainly along the branches x_ij. The change of linear weights follows the
+/// distance phi, which is constant outside the overlap. Theory (4.5).
 double Overlap::share_of(const int particle) const
 {
   const auto depth = [&](int i) { return std::clamp(particle_distance.values()[i], 0., overlap_width); };
@@ -110,7 +111,7 @@ double Overlap::share_of(const int particle) const
   const double size = change.norm();
   if (size == 0.)
     return 0.;
-  double whole = 0.; // the same where the depth changes with the way
+  double whole = 0.; // the same sum well inside the overlap, where the depth varies linearly
   for (const int partner : stored_bonds.partners_of(particle))
     whole += std::pow(packing.branch(particle, partner).dot(change) / size, 2);
   return std::min(1., size / whole);

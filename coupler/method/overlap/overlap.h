@@ -10,36 +10,38 @@
 
 namespace kerf
 {
-/// Who models what: cells that were converted to particles, the overlap zone of width L_o around them, and the weights that
-/// share mass and stiffness in it. Weights of both sides come from one distance function, so they always sum to one.
+/// The domain decomposition: the particle region (converted cells), the overlap of width L_o around it, and the weights that
+/// partition mass and stiffness between both models. The weights of both sides derive from one distance function, so they sum
+/// to one everywhere.
 class Overlap
 {
 public:
-  /// @param quadrature_points of the finite elements of this rank; @param packing the store, kept by reference
+  /// @p mesh and @p packing are kept by reference. @param quadrature_points of the finite elements of this rank [m]. @param
+  /// width L_o [m]
   Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_points, const dem::Packing &packing,
           WeightFunction function, double width);
 
-  /// Turns cells into particle region; cells that already are one are ignored.
+  /// Adds cells to the particle region. Cells that belong to it already are ignored.
   void convert(const std::vector<int> &cells);
 
-  /// Gives cells back to the finite elements; cells that are none of the particle region are ignored.
+  /// Removes cells from the particle region. Cells outside of it are ignored.
   void restore(const std::vector<int> &cells);
 
   bool is_converted(int cell) const { return converted[cell]; }
   int n_converted() const { return n_converted_cells; }
   double width() const { return overlap_width; }
 
-  /// FE weight alpha of the quadrature points of this rank.
+  /// FE weight alpha at the quadrature points of this rank [-].
   Eigen::VectorXd fe_weights() const;
-  /// DE weight of every stored particle, zero outside particle region and overlap.
+  /// DE weight of every stored particle [-], zero outside the particle region and the overlap.
   const Eigen::VectorXd &de_weights() const { return particle_weight; }
 
-  /// A stored particle that takes part: it has weight, or a bond to one that has.
+  /// Whether the model needs a stored particle: it has weight, or a bond to a particle with weight.
   bool needs_particle(int index) const { return needed[index]; }
-  /// Particles tied to the finite elements (DC of Labra et al., eq. (4)), ascending: in the overlap, on the border of the
-  /// particle region, and those that take part for the sake of a bond.
+  /// Particles tied to the finite elements (DC of Labra et al., eq. (4)), ascending. They lie in the overlap, on the border of
+  /// the particle region, or just beyond the overlap with a bond to a particle with weight.
   const std::vector<TiedParticle> &tied_particles() const { return tied; }
-  /// Distance of a cell's centre from the particle region, at most the overlap width and two particle diameters [m].
+  /// Distance of a cell's centre from the particle region [m], limited to the overlap width plus two particle diameters.
   double distance_of_cell(int cell) const { return cell_distance.values()[cell]; }
 
   const dem::StoredBonds &bonds() const { return stored_bonds; }

@@ -3,7 +3,7 @@
 
 namespace kerf
 {
-/// Course of the particles' weight across the overlap.
+/// Variation of the weights across the overlap.
 enum class WeightFunction
 {
   linear,

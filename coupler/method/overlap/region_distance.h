@@ -9,9 +9,9 @@
 
 namespace kerf
 {
-/// Distance of a fixed set of points from a growing set of cells. The set only grows, so a new cell can only lower
-/// distances: phi = min(phi, distance to the new cell), exact and local. Points farther than @p reach keep phi = reach.
-/// In a periodic mesh the images of a cell count like the cell. Theory (4.1).
+/// Distance phi of fixed points from a growing set of cells. An added cell can only reduce distances: phi = min(phi, distance
+/// to the cell). The update is exact and local. Points farther away than @p reach keep phi = reach. In a periodic mesh the
+/// images of a cell belong to the set. Theory (4.1).
 class RegionDistance
 {
 public:
@@ -19,12 +19,12 @@ public:
   RegionDistance(const fem::Mesh &mesh, const Eigen::Matrix3Xd &points, double reach);
 
   void add_cell(int cell);
-  /// Back to no cells.
+  /// Removes all cells.
   void clear() { phi.setConstant(reach); }
   const Eigen::VectorXd &values() const { return phi; }
   auto point(int i) const { return points.col(i); }
-  /// Calls visit(i, shift) for all points whose distance from the cell, moved by the shift to one of its images, is at most the
-  /// reach, and for some others.
+  /// Calls visit(i, shift) for every point i within reach of an image of the cell, and for some points farther away. The shift
+  /// moves the cell to the image.
   template <typename Visit>
   void for_each_near(int cell, const Visit &visit) const
   {
@@ -45,7 +45,7 @@ public:
   }
 
 private:
-  /// First and last bin along each axis that an image of a cell and the reach around it touch; false: none.
+  /// First and last bin along each axis within reach of an image of a cell. Returns false when there is none.
   bool bins_around(int cell, const Eigen::Vector3d &shift, Eigen::Vector3i &first, Eigen::Vector3i &last) const;
   int bin_of(const Eigen::Vector3d &point, int axis) const;
 
@@ -54,10 +54,10 @@ private:
   double reach;
   Eigen::VectorXd phi;
 
-  std::vector<Eigen::Vector3d> images; // shifts of a cell to its images within reach of the points, however many periods
+  std::vector<Eigen::Vector3d> images; // shifts from a cell to its images within reach of the points
 
-  // Points in square bins of the size of the reach, so that a cell meets only points near it.
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero(), end = Eigen::Vector3d::Zero(); // of the box around the points
+  // Points are sorted into bins of the size of the reach, so that a cell visits only points nearby.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(), end = Eigen::Vector3d::Zero(); // corners of the box around the points
   double bin_size = 1.;
   std::array<int, 3> n_bins = {{1, 1, 1}};
   std::vector<int> bin_start, bin_points;

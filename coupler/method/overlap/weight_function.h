@@ -7,9 +7,9 @@
 
 namespace kerf
 {
-/// FE share alpha at distance @p phi [m] from the particle region, for an overlap of width @p width [m]: 0 in the particle
-/// region, 1 beyond the overlap. The DE share is 1 - alpha. (Xiao & Belytschko 2004, linear; Bauman et al. 2008, cubic, 1/2)
-/// Theory (4.2).
+/// FE weight alpha [-] at distance @p phi [m] from the particle region, for an overlap of width @p width [m]. It is 0 in the
+/// particle region and 1 beyond the overlap. The DE weight is 1 - alpha. Linear weights: Xiao & Belytschko 2004; cubic and
+/// constant weights: Bauman et al. 2008. Theory (4.2).
 inline double fe_weight(WeightFunction function, double phi, double width)
 {
   if (phi <= 0.)

@@ -62,7 +62,7 @@ CoupledOperator::CoupledOperator(const dem::NetworkOperator::Material &bonds, Co
   restriction = constraint.projection(ties, inverse_root_mass);
 }
 
-/// Cells with weight whose centre is in the part, from all ranks, and their nodes.
+/// Adds the weighted cells of all ranks with their centre in the part, and their nodes.
 void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Comm comm)
 {
   const fem::Mesh &mesh = fem.mesh();
@@ -85,7 +85,7 @@ void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Co
   {
     Cell cell;
     const fem::CellMotion corners = fem::cell_motion(mesh, static_cast<int>(packed[k]));
-    Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(n, dim * corners.nodes.size()); // of the corners by that of the nodes
+    Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(n, dim * corners.nodes.size()); // motion of the corners by that of the nodes
     for (std::size_t m = 0; m < corners.nodes.size(); ++m)
     {
       const auto entry = node_place.emplace(corners.nodes[m], static_cast<int>(nodes.size()));
@@ -108,7 +108,7 @@ void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &pack
   for (std::size_t k = 0; k < tied.size(); ++k)
     points.col(k) = packing.positions.col(tied[k].index);
   const std::vector<fem::Interpolation> found = fem.locate(points);
-  std::unordered_map<int, double> shares; // of all ties of a node
+  std::unordered_map<int, double> shares; // sum over the tied particles of each node
   for (std::size_t k = 0; k < tied.size(); ++k)
     for (int a = 0; a < found[k].n; ++a)
       shares[found[k].nodes[a]] += tied[k].share * found[k].N[a];
@@ -140,12 +140,12 @@ void CoupledOperator::add_ties(const fem::FemSide &fem, const dem::Packing &pack
         found[k].N[a] * shares[found[k].nodes[a]] * std::pow(inverse_root_mass.segment(dim * node->second, dim).maxCoeff(), 2);
     }
     tie.mu = 1. / inverse;
-    if (whole) // at the edge of the part some nodes are missing
+    if (whole) // at the border of the part some nodes are missing
       ties.push_back(tie);
   }
 }
 
-/// Gives the ties their whole rows and the masses that go with them.
+/// Replaces the shape functions of the ties by the rows of the constraint, and their reduced masses.
 void CoupledOperator::replace_rows(const std::vector<TieRow> &rows, const std::vector<TiedParticle> &tied)
 {
   std::vector<OperatorTie> whole;
@@ -182,7 +182,7 @@ Eigen::Matrix<double, dim, 1> CoupledOperator::gap(const OperatorTie &tie, const
   return chi;
 }
 
-/// force += coefficient gap, and its transpose at the nodes, of all ties.
+/// Adds coefficient times gap to the particles, and the transpose to the nodes, for all ties.
 template <int dim>
 void CoupledOperator::pull(const std::vector<double> &coefficients, const Eigen::VectorXd &x, Eigen::VectorXd &force) const
 {
@@ -212,7 +212,7 @@ void CoupledOperator::remove_masses_of_held(const std::vector<TiedParticle> &tie
       }
 }
 
-/// force += K x of both sides.
+/// Adds K x of both sides to @p force.
 void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force) const
 {
   Eigen::VectorXd local, cell_force;
@@ -229,7 +229,7 @@ void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force
   network->add_product(x.tail(network->n_dofs()), force.tail(network->n_dofs()));
 }
 
-/// y is the motion times the root of the mass, so that the operator is symmetric. The constraint allows it already.
+/// Applies the operator, which is symmetric in y, the motion times the square root of the mass. The constraint must allow y.
 void CoupledOperator::apply(double dt, const std::vector<double> &coefficients, const Eigen::VectorXd &y,
                             Eigen::VectorXd &result) const
 {
@@ -281,7 +281,7 @@ CoupledOperator::Quotient CoupledOperator::quotient(const Eigen::VectorXd &y, do
   {
     const double squared_gap = dim == 2 ? gap<2>(tie, x).squaredNorm() : gap<3>(tie, x).squaredNorm();
     double value[3];
-    // Three steps give the three coefficients, exactly, because every term is one of the powers.
+    // Values at three steps determine the three coefficients exactly, since the polynomial is quadratic.
     for (int s = 0; s < 3; ++s)
       value[s] = constraint.operator_coefficient(tie, dt * std::pow(2., s - 1)) * squared_gap / y.squaredNorm();
     const double square = (value[2] - 3. * value[1] + 2. * value[0]) / 1.5;

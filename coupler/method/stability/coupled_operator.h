@@ -13,28 +13,31 @@
 
 namespace kerf
 {
-/// The linear coupled model at rest, or the part of it in a box: weighted finite elements, weighted bonds and what ties them.
-/// Velocity Verlet with forces from velocities of half a step ago is stable while
+/// The coupled model linearised about the undeformed state, or the part of it in a box: weighted finite elements, weighted
+/// bonds and the constraint. Velocity Verlet with damping forces from the velocities of half a step before is stable while
 ///   lambda_max(M^-1 (dt^2 K + 2 dt C)) <= 4,
-/// on the motions that multipliers allow (z = -1 of the step's amplification; Belytschko, Liu & Moran 2000, sec. 6.2). Theory
-/// (8.1). The same on every rank.
+/// on the motions that the multipliers allow (root z = -1 of the amplification matrix; Belytschko, Liu & Moran 2000, sec. 6.2).
+/// Theory (8.1). The operator is the same on every rank.
 class CoupledOperator
 {
 public:
-  /// @param constraint kept by reference. @p tied and @p active as in the run, by index in the packing. Collective.
+  /// @param constraint kept by reference. @param tied tied particles as in the run. @param active active particles by index in
+  /// the packing. @param part box of the part [m]. Collective.
   CoupledOperator(const dem::NetworkOperator::Material &bonds, Constraint &constraint, const fem::FemSide &fem,
                   const dem::Packing &packing, const Overlap &overlap, const std::vector<TiedParticle> &tied,
                   const std::vector<char> &active, const Box &part, MPI_Comm comm);
-  CoupledOperator(const CoupledOperator &) = delete; // the restriction refers to its parts
+  CoupledOperator(const CoupledOperator &) = delete; // the projection refers to members
 
   int n_dofs() const { return static_cast<int>(inverse_root_mass.size()); }
 
-  /// lambda_max for a step [s]. Starts from the highest mode found before by this or an earlier operator (see keep_mode()).
+  /// lambda_max [-] for the step @p dt [s], by highest_mode(). The iteration starts from the highest mode that this or an
+  /// earlier operator found (see take_mode()).
   double highest(double dt, double tolerance, int max_products);
-  /// Largest stable step [s]; @p guess: a step of the same order.
+  /// Largest stable step [s]; 0: no step is stable. @param guess step of the same order [s]
   double stable_step(double guess);
 
-  /// The last highest mode by node and particle, and taking it over from the operator before a change of models.
+  /// Uses the highest mode of the operator before a conversion as the start of the next iteration. Nodes and particles are
+  /// matched.
   void take_mode(const CoupledOperator &before);
 
 private:
@@ -44,10 +47,10 @@ private:
   void pull(const std::vector<double> &coefficients, const Eigen::VectorXd &x, Eigen::VectorXd &force) const;
   struct Cell
   {
-    std::vector<int> dof; ///< first one of each node
-    fem::CellStiffness K; ///< of those nodes: slaves have given theirs to their masters
+    std::vector<int> dof; ///< first degree of freedom of each node
+    fem::CellStiffness K; ///< stiffness of these nodes; hanging nodes are condensed into their masters
   };
-  /// lambda of a fixed motion as a polynomial in the step: square dt^2 + linear dt + constant.
+  /// Rayleigh quotient of a fixed motion as a polynomial in the step: square dt^2 + linear dt + constant.
   struct Quotient
   {
     double square = 0., linear = 0., constant = 0.;
@@ -66,8 +69,8 @@ private:
 
   const Constraint &constraint;
   int dim;
-  std::vector<int> nodes, particles;       // mesh nodes and packing indices that are part of it
-  std::unordered_map<int, int> node_place; // of mesh nodes
+  std::vector<int> nodes, particles;       // mesh nodes and packing indices in the part
+  std::unordered_map<int, int> node_place; // position in nodes, by mesh node
   int first_particle_dof = 0;
   std::vector<Cell> cells;
   std::unique_ptr<dem::NetworkOperator> network;
@@ -77,9 +80,8 @@ private:
   Eigen::VectorXd mode;
 };
 
-/// Part of the model to take an operator of: cells, the overlap around them, and the particles that bonds join to it.
-/// @param reach around the cells [m]
+/// Box around @p cells, extended by @p reach [m], for an operator of this part of the model.
 Box part_around(const fem::Mesh &mesh, const std::vector<int> &cells, double reach);
-/// The reach of an overlap and of its constraint [m].
+/// Distance around converted cells within which the overlap, its constraint and bonded particles lie [m].
 double reach_of_overlap(const ModelSettings &settings, const Constraint &constraint);
 } // namespace kerf

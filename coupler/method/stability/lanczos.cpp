@@ -29,8 +29,8 @@ HighestMode highest_mode(const std::function<void(const Eigen::VectorXd &x, Eige
       apply(basis.col(size), product);
       ++mode.products;
       diagonal[size] = basis.col(size).dot(product);
-      // In exact arithmetic two vectors of the basis have a part in the product. What round-off leaves of all goes in a second
-      // pass, because the first leaves some when the product nearly vanishes.
+      // In exact arithmetic the product has components along two basis vectors only. A second pass orthogonalises against all
+      // of them, because round-off leaves a residue when the product nearly vanishes.
       product -= diagonal[size] * basis.col(size);
       if (size > 0)
         product -= off_diagonal[size - 1] * basis.col(size - 1);

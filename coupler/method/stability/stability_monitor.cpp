@@ -11,8 +11,8 @@ namespace kerf
 void StabilityMonitor::check(const fem::FemSide &fem, const Overlap &overlap, const std::vector<TiedParticle> &tied,
                              const std::vector<char> &active, const std::vector<int> &cells, double dt, Constraint &constraint)
 {
-  // Values come from below. Six products, from the mode of the event before, have not given less than 0.7 of what 200 give
-  // (2D and 3D cuts, penalty and multipliers): far below the limit no second look is needed.
+  // The Lanczos value is a lower bound. Six products from the mode of the previous conversion gave at least 0.7 of the value of
+  // 200 products (2D and 3D cuts, penalty and multipliers). So a value below half of the limit needs no further products.
   constexpr int few = 6, many = 30;
   constexpr double limit = 4., near = 0.5 * limit;
   auto now =
@@ -24,7 +24,7 @@ void StabilityMonitor::check(const fem::FemSide &fem, const Overlap &overlap, co
   if (highest > near)
     highest = now->highest(dt, 1e-2, many);
   last = std::move(now);
-  // Without local damping: at worst that keeps a motion alive, springs beyond their limit run away.
+  // Local damping is left out: beyond its limit a motion persists, while springs beyond their limit diverge.
   if (highest > limit)
   {
     const double stable = last->stable_step(dt);

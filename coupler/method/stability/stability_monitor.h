@@ -8,7 +8,7 @@
 
 namespace kerf
 {
-/// Follows the highest mode of the weighted, constrained model around the cells that were converted last.
+/// Monitors the highest eigenvalue of the weighted, constrained model around the cells of the last conversion. Theory (8.1).
 class StabilityMonitor
 {
 public:
@@ -16,7 +16,7 @@ public:
     : settings(settings), packing(packing), comm(comm)
   {
   }
-  /// After @p cells were converted: throws UnstableRun when no step as large as @p dt [s] is stable any more. Collective.
+  /// To be called after @p cells were converted. Throws UnstableRun when the time step @p dt [s] is not stable. Collective.
   void check(const fem::FemSide &fem, const Overlap &overlap, const std::vector<TiedParticle> &tied,
              const std::vector<char> &active, const std::vector<int> &cells, double dt, Constraint &constraint);
 

@@ -16,23 +16,23 @@ namespace kerf
 {
 namespace
 {
-/// Stable step of a system that gets a further spring: omega^2 is at most the sum.
+/// Stable step after a spring is added to a system: omega^2 is at most the sum of both.
 double with_spring(double step, double omega2)
 {
   return 2. / std::sqrt(4. / (step * step) + omega2);
 }
 
-/// Share of the stable step that contact damping leaves. Damping is a fraction xi of critical for a pair; the highest mode of
-/// the pack sees it through more contacts, xi_max = xi omega_max sqrt(m/(2 k_n)). Limit with damping: (2/omega) (sqrt(1 + xi^2)
-/// - xi). Theory (8.6), (8.7).
+/// Factor by which contact damping reduces the stable step. The damping of a pair is a fraction xi of critical. The highest
+/// mode of the packing involves more contacts, so xi_max = xi omega_max sqrt(m/(2 k_n)). The limit with damping is (2/omega)
+/// (sqrt(1 + xi^2) - xi). Theory (8.6), (8.7).
 double left_by_damping(const ModelSettings &settings, double omega, double mean_mass)
 {
   const double xi = settings.bond.damping * omega * std::sqrt(mean_mass / (2. * settings.bond.k_n));
   return std::sqrt(1. + xi * xi) - xi;
 }
 
-/// Stable step when the tool's spring touches the mesh: 2 k_s/(rho h) of a surface node (area a, lumped mass rho a h/2),
-/// whatever the cell's shape.
+/// Stable step while the tool is in contact with the mesh. The contact adds 2 k_s/(rho h) to omega^2 of a surface node with
+/// area a and lumped mass rho a h/2, for cells of any shape.
 double with_tool_on_surface(const double step, const ModelSettings &settings, const fem::Mesh &mesh)
 {
   if (!settings.tool.present())
@@ -49,7 +49,7 @@ std::vector<char> particles_of(const Overlap &overlap, int n)
   return active;
 }
 
-/// Stable step of the model with these cells converted; zero if there is none.
+/// Stable step of the model with @p cells converted; 0: no step is stable.
 double limit_of_overlap_around(const std::vector<int> &cells, const ModelSettings &settings, fem::FemSide &fem,
                                const dem::Packing &packing, Constraint &constraint, double guess, MPI_Comm comm)
 {
@@ -65,11 +65,11 @@ double limit_of_overlap_around(const std::vector<int> &cells, const ModelSetting
   return limit;
 }
 
-/// Some cells in the middle of the mesh, for an overlap all around them.
+/// Cells in the middle of the mesh, so that the overlap surrounds them.
 std::vector<int> cells_in_the_middle(const fem::Mesh &mesh, double reach)
 {
   const Eigen::Vector3d lower = mesh.nodes.rowwise().minCoeff(), upper = mesh.nodes.rowwise().maxCoeff();
-  Eigen::Vector3d middle = cell_centre(mesh, 0); // of the nearest cell: a mesh may have a hole there
+  Eigen::Vector3d middle = cell_centre(mesh, 0); // centre of the nearest cell, since the mesh may have a hole there
   const auto distance = [&](const Eigen::Vector3d &place) { return (place - 0.5 * (lower + upper)).norm(); };
   for (int cell = 1; cell < mesh.n_cells(); ++cell)
     if (const Eigen::Vector3d centre = cell_centre(mesh, cell); distance(centre) < distance(middle))
@@ -83,7 +83,7 @@ double smallest_edge(const fem::Mesh &mesh)
 {
   double smallest = 1e300;
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
-    for (int c = 0; c < mesh.dim; ++c) // lexicographic: the neighbours of corner 0 are 1, 2 and 4
+    for (int c = 0; c < mesh.dim; ++c) // lexicographic order: edges join corner 0 to corners 1, 2 and 4
       smallest = std::min(smallest, (mesh.nodes.col(mesh.cells(1 << c, cell)) - mesh.nodes.col(mesh.cells(0, cell))).norm());
   return smallest;
 }
@@ -100,7 +100,7 @@ double particle_density(const ModelSettings &settings, const dem::Packing &packi
 
 double particle_frequency(const dem::Packing &packing, double k_n, double k_t, double density)
 {
-  constexpr double pressed = 0.5; // gap / mean radius of pairs that touch where the rock is pressed together
+  constexpr double pressed = 0.5; // gap / mean radius of pairs that come into contact in compressed rock
   dem::Packing contacts = packing;
   dem::bond_by_gap(contacts, std::max(pressed, packing.gap_tolerance));
   const double whole = dem::largest_frequency(packing, k_n, k_t, density);
@@ -130,7 +130,7 @@ StableSteps elastic_steps(const ModelSettings &settings, Mode mode, fem::FemSide
 
   if (settings.tool.present())
   {
-    // The tool's spring adds to the stiffness of what it touches: k/m of the lightest particle.
+    // The contact with the tool adds at most k/m of the lightest particle to omega^2.
     const double k = settings.tool.stiffness_ratio * settings.bond.k_n;
     int lightest = 0;
     packing.radii.minCoeff(&lightest);
@@ -158,7 +158,7 @@ StableSteps elastic_steps(const ModelSettings &settings, Mode mode, fem::FemSide
     solve_overlap(cells, sides);
     return steps;
   }
-  // (dt/sides)^2 4 + ties(dt) = 4, by bisection; a weight at the end of the overlap is about d/(2 L_o). Theory (8.10).
+  // Solve 4 (dt/sides)^2 + bound(dt) = 4 by bisection. The weight at the end of the overlap is about d/(2 L_o). Theory (8.10).
   const double lightest = mean_mass * 0.5 * packing.mean_diameter / std::max(settings.overlap.width, packing.mean_diameter);
   double lower = 0., upper = sides;
   for (int k = 0; k < 60; ++k)
@@ -168,14 +168,13 @@ StableSteps elastic_steps(const ModelSettings &settings, Mode mode, fem::FemSide
   }
   steps.elastic = lower;
   if (constraint.depends_on_overlap())
-    // The lightest particle that comes to lie at the end of an overlap decides. An overlap in the middle stands for those to
-    // come.
+    // The lightest particle at the end of an overlap governs. An overlap in the middle represents the later ones.
     solve_overlap(cells_in_the_middle(fem.mesh(), settings.overlap.width), lower);
   return steps;
 }
 
-/// Local damping takes a share of the force against the velocity. A motion that turns back in every step moves against its
-/// springs: there it adds that share to their stiffness, and to omega^2. Theory (8.11).
+/// Factor by which local damping increases omega^2. The damping is a fraction of the force, opposite to the velocity. A motion
+/// that reverses in every step moves against its springs, so the damping adds this fraction to their stiffness. Theory (8.11).
 double stiffened_by_damping(const ModelSettings &settings)
 {
   return 1. + settings.local_damping;

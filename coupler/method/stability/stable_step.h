@@ -13,32 +13,33 @@ namespace kerf
 struct StableSteps
 {
   double fem = 0.;     ///< 2/omega_max of the finite elements
-  double dem = 0.;     ///< of the pack, bonded or broken, with contact damping and the tool's spring
-  double overlap = 0.; ///< of the weighted, constrained model in and around the overlap; 0: no overlap yet
-  double elastic = 0.; ///< of the coupled model; Safety is a share of it
-  double coupled = 0.; ///< largest step the run may use: less with local damping, which pushes back along with the springs
-  Refusal refusal = Refusal::none; ///< why there is none
+  double dem = 0.;     ///< limit of the particles, bonded or broken, with contact damping and the contact stiffness of the tool
+  double overlap = 0.; ///< limit of the weighted, constrained model around the overlap; 0: not computed
+  double elastic = 0.; ///< limit of the coupled model without local damping; Time/Safety is a fraction of it
+  double coupled = 0.; ///< largest step that a run may use; local damping reduces it
+  Refusal refusal = Refusal::none; ///< reason why no step is stable
 };
 
-/// Limits for a mode: the smallest of the sides that take part and of the overlap. Mode fixed has its overlap from the start:
-/// its operator is solved. The overlap of mode adaptive is not known beforehand; there a penalty or relaxation lowers the
-/// sides' limit by a bound, omega^2 dt^2 + beta <= 4; with constant springs, which know no masses, an overlap in the middle of
-/// the mesh is solved, too. The operator of the real overlap is watched after each activation (see StabilityMonitor). Leaves
-/// the weights of @p fem at one. When no step is stable, the refusal says why. Collective.
+/// Stable steps of a mode: the smallest limit of the active sides and of the overlap. In mode fixed the overlap is known, and
+/// the eigenvalue of its operator is computed. In mode adaptive the overlap is not known before the run, so the limit of the
+/// sides is reduced by the bound omega^2 dt^2 + beta <= 4 of the constraint. Constant springs do not scale with the masses; for
+/// them the operator of an overlap in the middle of the mesh is evaluated too. During the run StabilityMonitor evaluates the
+/// operator of the real overlap after each conversion. Leaves the weights of @p fem at one. When no step is stable, the refusal
+/// gives the reason. Collective. Theory (8.10), (8.11).
 StableSteps stable_steps(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing,
                          Constraint &constraint, MPI_Comm comm);
 
-/// Bonds and density of the particles, for the operator of their network.
+/// Bond stiffnesses and density of the particles, for NetworkOperator.
 dem::NetworkOperator::Material bond_material(const ModelSettings &settings, const dem::Packing &packing);
 
 /// Shortest edge of all cells [m].
 double smallest_edge(const fem::Mesh &mesh);
 
-/// Density of the particles, rock density / solid fraction [kg/m^3].
+/// Density of the particles: rock density / solid fraction [kg/m^3].
 double particle_density(const ModelSettings &settings, const dem::Packing &packing);
 
-/// Largest angular frequency of the particles, whole or broken [rad/s]. Broken rock has the stiffness of a bond in each contact
-/// that sticks, and where it is pressed together particles have contacts they had no bonds for. So the network of all pairs
-/// within half a mean radius counts where it is stiffer than that of the bonds.
+/// Largest angular frequency of the particles in intact or broken rock [rad/s]. In broken rock every sticking contact has the
+/// stiffness of a bond, and compressed particles have contacts without a former bond. So the frequency is the larger one of the
+/// bond network and of the network of all pairs with a gap below half a mean radius.
 double particle_frequency(const dem::Packing &packing, double k_n, double k_t, double density);
 } // namespace kerf

@@ -8,7 +8,7 @@ namespace kerf
 {
 namespace
 {
-/// A field at eight entries. @p coefficient of the monomials, by their numbers.
+/// A field at eight particles. @p coefficient returns the coefficient of a monomial by its number.
 template <std::size_t dim, typename Coefficient>
 [[gnu::always_inline]] inline SimdPack value_at(const std::array<SimdPack, dim> &xi, const Coefficient &coefficient)
 {
@@ -19,7 +19,7 @@ template <std::size_t dim, typename Coefficient>
   return value_of(coefficients, xi);
 }
 
-/// The sums of some rows, one after the other in a vector.
+/// The sums of the rows, collected in a vector.
 template <typename Vector, int n, typename Row>
 [[gnu::always_inline]] inline Vector sums_of_rows(const Row &row)
 {
@@ -113,7 +113,7 @@ double CorrectedSprings<dim>::pull(const CellBatches<dim> &cells, const Eigen::M
     for (int d = 0; d < dim; ++d)
       field.turn[d] = strains.turn(n, d);
     Sums sums{};
-    // In space the sums are more than there are registers, and go one after the other.
+    // In three dimensions the sums exceed the registers, so they are computed one after the other.
     constexpr bool at_once = dim == 2;
     for (int k = begin; k < end[n]; ++k)
     {
@@ -146,7 +146,7 @@ double CorrectedSprings<dim>::pull(const CellBatches<dim> &cells, const Eigen::M
   return 0.5 * sum_of(energy);
 }
 
-/// Asks the memory for an octet that comes soon, and for the vectors of the particles of one that comes next.
+/// Prefetches a later octet and the particle vectors of a closer one.
 template <int dim>
 [[gnu::always_inline]] inline void CorrectedSprings<dim>::fetch_after(int k, const dem::Particles &particles) const
 {
@@ -210,7 +210,7 @@ template <int dim>
   add_moments(pull.stress[s], octet.xi, stress[s]);
 }
 
-/// What the springs of a cell give to the nodes, to their strains, and to the turn of the cell.
+/// Adds the nodal forces of the springs of a cell and their values conjugate to the strains and to F. Theory (6.8).
 template <int dim>
 [[gnu::always_inline]] inline void CorrectedSprings<dim>::give(const CellBatches<dim> &cells, std::size_t cell,
                                                                const Sums &sums, Eigen::Matrix3Xd &node_force)

@@ -21,11 +21,11 @@ std::vector<Corrector::Row> Corrector::rows(const std::vector<int> &particles) c
 
 namespace
 {
-/// The nodes that the particles of a cell see, and what each corner's gradient has of them.
+/// The nodes that move the particles of a cell, and their shares in the gradient at each corner.
 struct Surroundings
 {
   std::vector<int> node;
-  Eigen::Matrix3Xd share; // 8 columns a node
+  Eigen::Matrix3Xd share; // 8 columns for each node
 };
 } // namespace
 
@@ -43,7 +43,7 @@ std::vector<Corrector::Row> Corrector::rows_in(const std::vector<int> &particles
     for (int a = 0; a < place.n; ++a)
     {
       column.emplace(place.nodes[a], static_cast<int>(column.size()));
-      around.node.push_back(place.nodes[a]); // the corners first
+      around.node.push_back(place.nodes[a]); // corners first
     }
     around.share.setZero(3, 8 * place.n);
     for (int a = 0; a < place.n; ++a)
@@ -71,7 +71,7 @@ std::vector<Corrector::Row> Corrector::rows_in(const std::vector<int> &particles
     row.P.reserve(around.node.size());
     for (std::size_t b = 0; b < around.node.size(); ++b)
     {
-      Eigen::Vector3d gradient = Eigen::Vector3d::Zero(); // of the recovered field
+      Eigen::Vector3d gradient = Eigen::Vector3d::Zero(); // share of the node in the recovered gradient
       for (int a = 0; a < place.n; ++a)
         if (place.N[a] > 1e-12)
           gradient += place.N[a] * around.share.col(8 * b + a);
@@ -145,7 +145,7 @@ void Corrector::place_in(std::vector<dem::NewParticle> &particles, const Eigen::
         rate += v.col(centre.nodes[a]) * centre.dN.col(a).transpose() / turning.size();
       }
     }
-    Eigen::Matrix<double, 6, 1> moved = Eigen::Matrix<double, 6, 1>::Zero(), moving = moved; // turns last
+    Eigen::Matrix<double, 6, 1> moved = Eigen::Matrix<double, 6, 1>::Zero(), moving = moved; // displacements, then rotations
     for (int s = 0; s < StrainComponents<dim>::n; ++s)
     {
       const auto [p, q] = StrainComponents<dim>::axes[s];
@@ -166,7 +166,7 @@ void Corrector::place_in(std::vector<dem::NewParticle> &particles, const Eigen::
 
 namespace
 {
-/// Largest factor by which P lengthens a vector.
+/// Spectral norm of P.
 double size_of(const Eigen::Matrix3d &P, int dim)
 {
   if (dim == 3)

@@ -20,7 +20,7 @@ Fluctuations::Fluctuations(const dem::Packing &packing, double k_n, double k_t, 
   packing.dim == 2 ? solve<2>(packing, k_n, k_t, fem.mesh().n_nodes()) : solve<3>(packing, k_n, k_t, fem.mesh().n_nodes());
 }
 
-/// Conjugate gradients among the motions that leave the means, scaled by the diagonal of K.
+/// Conjugate gradients in the subspace W C = 0, preconditioned by the diagonal of K. Theory (6.1) - (6.3).
 template <int dim>
 void Fluctuations::solve(const dem::Packing &packing, double k_n, double k_t, int n_nodes)
 {
@@ -31,8 +31,8 @@ void Fluctuations::solve(const dem::Packing &packing, double k_n, double k_t, in
   const dem::StoredBonds bonds(packing);
   const dem::NetworkOperator network(packing, bonds, dem::NetworkOperator::Material{k_n, k_t, 1.}, all, std::vector<char>(n, 1),
                                      Eigen::VectorXd::Ones(n));
-  Eigen::VectorXd scale = network.diagonal(); // D^-1/2; loose particles have no stiffness and no part in the means
-  // In a lattice loads cancel; what round-off leaves of them is nothing to solve for.
+  Eigen::VectorXd scale = network.diagonal(); // D^-1/2; zero for particles without bonds, which are excluded from the means
+  // In a lattice the loads cancel up to round-off. Loads below this value count as zero.
   const double nothing = 1e-24 * scale.sum() * packing.mean_diameter * packing.mean_diameter;
   scale = scale.unaryExpr([](double k) { return k > 0. ? 1. / std::sqrt(k) : 0.; });
 
@@ -47,7 +47,7 @@ void Fluctuations::solve(const dem::Packing &packing, double k_n, double k_t, in
   const double largest = S.diagonal().maxCoeff();
   Eigen::SparseMatrix<double> unit(S.rows(), S.cols());
   unit.setIdentity();
-  S += 1e-12 * largest * unit; // nodes without particles
+  S += 1e-12 * largest * unit; // for nodes without particles
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(S);
   const auto project = [&](Eigen::VectorXd &y) { y -= W.transpose() * factors.solve(W * y); };
 

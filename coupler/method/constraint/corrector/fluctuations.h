@@ -9,20 +9,21 @@
 
 namespace kerf
 {
-/// How the particles of a random packing fluctuate about a smooth field, by the strain of the field: C_i of
+/// Fluctuations of the particles of a random packing about a smooth field, as linear functions C_i of the strain of the field:
 ///   K C + W^T lambda = -K (eps x),   W C = 0,   W = N^T m,
-/// for each unit strain eps of the bonded packing as it lies in the store, with its free surfaces. The mean around every node
-/// stays that of the field, so only what the cells cannot resolve is left. A static solve, minutes for some 1e5 spheres. Theory
-/// (6.1).
+/// for each unit strain eps of the stored packing with its free surfaces. The constraint W C = 0 keeps the mean around every
+/// node, so C contains only motions that the cells cannot represent. The static solution takes minutes for some 1e5 spheres.
+/// Theory (6.1).
 class Fluctuations
 {
 public:
-  /// @p k_n @p k_t of the bonds [N/m]
+  /// @param k_n, k_t stiffnesses of the bonds [N/m]. Throws UnstableRun when the solution does not converge.
   Fluctuations(const dem::Packing &packing, double k_n, double k_t, const fem::FemSide &fem);
 
-  /// Displacement [m] or, after those, rotation [rad] of particle @p i for a unit strain, see StrainComponents.
+  /// Component of the displacement [m] or rotation [rad] of particle @p i for a unit strain. Rotations follow the displacements
+  /// in @p component. See StrainComponents for @p strain.
   double of(int i, int component, int strain) const { return fluctuation(per_particle * i + component, strain); }
-  /// Of the particles in the mesh.
+  /// Cell and shape functions of particle @p i in the mesh.
   const fem::Interpolation &place(int i) const { return places[i]; }
 
 private:
@@ -31,6 +32,6 @@ private:
 
   int per_particle;
   std::vector<fem::Interpolation> places;
-  Eigen::MatrixXf fluctuation; // a row a degree of freedom
+  Eigen::MatrixXf fluctuation; // one row for each degree of freedom
 };
 } // namespace kerf

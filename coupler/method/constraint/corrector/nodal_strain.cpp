@@ -5,7 +5,7 @@ namespace kerf
 {
 namespace
 {
-/// Of each of so many in their mean; the mean of none is zero.
+/// Share of each of @p n values in their mean. The mean of no values is zero.
 double share_of(int n)
 {
   return n > 0 ? 1. / n : 0.;

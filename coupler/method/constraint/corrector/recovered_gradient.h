@@ -7,15 +7,15 @@
 
 namespace kerf
 {
-/// Gradients of a field at the nodes: the mean over the cells around a node of the gradients at their centres. Cells whose
-/// nodes do not all have mass do not count, as such nodes rest. Theory (6.6).
+/// Gradients of a field recovered at the nodes: the mean of the gradients at the centres of the cells around a node. Cells with
+/// a massless node are left out, since such a node does not move. Theory (6.6).
 class RecoveredGradient
 {
 public:
-  /// What a node around gives: the gradient is sum_b u_b (x) share_b.
+  /// Contribution of a node to the gradient sum_b u_b (x) share_b.
   struct Entry
   {
-    int node = -1; ///< of the mesh
+    int node = -1; ///< mesh node
     Eigen::Vector3d share;
   };
 
@@ -24,18 +24,19 @@ public:
   /// @param node_mass by node [kg]
   void set_masses(const Eigen::VectorXd &node_mass);
   std::vector<Entry> at(int node) const;
-  /// The cells over which the mean of a node is taken.
+  /// The cells over which the gradient at a node is averaged.
   std::vector<int> counting_around(int node) const;
-  /// Those that say how a cell turns: itself, or, if it does not count, those around the nodes that carry a point of it.
+  /// The cells whose mean gradient gives F of a cell: the cell itself, or the cells around @p carriers if it is left out.
+  /// @param carriers nodes that carry a point of the cell
   std::vector<int> turning(int cell, const std::vector<int> &carriers) const;
   const fem::Interpolation &centre_of(int cell) const { return centre[cell]; }
-  /// The number of the last call of set_masses() that changed the gradient at one of the nodes.
+  /// Number of the last call of set_masses() that changed the gradient at a node of @p place.
   int last_change(const fem::Interpolation &place) const;
-  /// All nodes that can have an entry, whatever the masses.
+  /// All nodes that can contribute to the gradient at a node, for any masses.
   std::vector<int> nodes_around(int node) const;
 
 private:
-  std::vector<fem::Interpolation> centre; // of each cell
+  std::vector<fem::Interpolation> centre; // centre of each cell
   std::vector<std::vector<int>> cells_of_node;
   std::vector<char> counts; // by cell
   std::vector<int> changed; // by node

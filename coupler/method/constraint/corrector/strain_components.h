@@ -5,7 +5,7 @@
 
 namespace kerf
 {
-/// Components of a strain. Those off the diagonal are shear angles, twice the tensor's.
+/// Components of a strain in Voigt notation. Shear components are angles, twice those of the tensor.
 template <int dim>
 struct StrainComponents;
 template <>
@@ -13,7 +13,7 @@ struct StrainComponents<2>
 {
   static constexpr int n = 3;
   static constexpr int axes[n][2] = {{0, 0}, {1, 1}, {0, 1}};
-  typedef SimdLanes Vector; ///< all of them, and nothing
+  typedef SimdLanes Vector; ///< three components and an unused lane
 };
 template <>
 struct StrainComponents<3>

@@ -10,7 +10,8 @@
 
 namespace kerf
 {
-/// From values at the corners to the coefficients of the monomials 1, xi, eta, xi eta, ... (numbered by bits, as corners are).
+/// Converts values at the corners to coefficients of the monomials 1, xi, eta, xi eta, ... The bits of a number give the powers
+/// of the monomial, as they give the coordinates of a corner.
 template <typename Value, std::size_t corners>
 [[gnu::always_inline]] inline void to_coefficients(Value (&field)[corners])
 {
@@ -19,7 +20,7 @@ template <typename Value, std::size_t corners>
       if (a & bit)
         field[a] -= field[a ^ bit];
 }
-/// The transpose: from moments with the monomials to the parts of the corners.
+/// The transpose of to_coefficients(): converts moments with the monomials to values at the corners.
 template <typename Value, std::size_t corners>
 [[gnu::always_inline]] inline void to_corners(Value (&moments)[corners])
 {
@@ -29,7 +30,7 @@ template <typename Value, std::size_t corners>
         moments[a ^ bit] -= moments[a];
 }
 
-/// The field with these coefficients at places xi in the cell.
+/// Value at @p xi of the field with these coefficients.
 template <typename Coefficients, typename Place>
 [[gnu::always_inline]] inline auto value_of(const Coefficients &coefficient, const Place &xi)
 {
@@ -42,7 +43,8 @@ template <typename Coefficients, typename Place>
       part[m] = part[2 * m] + xi[d] * part[2 * m + 1];
   return part[0];
 }
-/// The transpose: adds the moments of what is @p given there. Without loops, which would keep the moments in memory.
+/// The transpose of value_of(): adds the moments of the value @p given at @p xi. Written without loops, which would keep the
+/// moments in memory.
 template <typename Value, std::size_t corners, typename Place>
 [[gnu::always_inline]] inline void add_moments(const Value &given, const Place &xi, Value (&moments)[corners])
 {
@@ -60,9 +62,9 @@ template <typename Value, std::size_t corners, typename Place>
   }
 }
 
-/// The entries of a rank cell by cell, several at once: the nodes of a cell are looked up and pushed once for all of its
-/// entries. Fields in a cell are multilinear; the coefficients of their monomials need no shape functions, only an entry's
-/// place in the cell.
+/// The tied particles of a rank, sorted by cell and grouped into batches for vector instructions. The nodal values of a cell
+/// are read and its nodal forces are added once for all of its particles. Fields in a cell are multilinear. With the
+/// coefficients of their monomials they need no shape functions, only the position of a particle in the cell.
 template <int dim>
 class CellBatches
 {
@@ -71,13 +73,13 @@ public:
   using Vectors = PackedVectors<dim>;
   using One = typename Vectors::One;
 
-  /// Some entries of one cell. Lanes that are left over repeat an entry; the numbers of lanes_of() are zero there.
+  /// Tied particles of one cell, one for each lane. Unused lanes repeat a particle. Values of lanes_of() are zero there.
   struct alignas(64) Batch
   {
     std::array<SimdLanes, dim> xi;
-    std::ptrdiff_t begin[n_simd_lanes]; ///< of the particles' vectors in arrays of three components
+    std::ptrdiff_t begin[n_simd_lanes]; ///< positions of the particles' vectors in arrays of three components
 
-    /// Of a pack.
+    /// Positions in the cell of a pack.
     [[gnu::always_inline]] std::array<SimdPack, dim> place(int number) const
     {
       std::array<SimdPack, dim> result;
@@ -88,18 +90,18 @@ public:
     [[gnu::always_inline]] const std::ptrdiff_t *begins(int number) const { return begin + Vectors::interpolation * number; }
     int particle(int lane) const { return static_cast<int>(begin[lane] / 3); }
   };
-  /// The batches of a cell stand one after the other.
+  /// A cell with tied particles. Its batches are consecutive.
   struct Cell
   {
-    One place[corners];            ///< of the corners in the reference configuration, not torn by periodic axes [m]
-    std::array<int, corners> node; ///< columns of the window; of a cell that hangs the masters
-    int end = 0;                   ///< of its batches
-    bool blocked = false;          ///< whether one of its entries has a direction in which it cannot move
-    int hanging = -1;              ///< place among shares of masters
+    One place[corners];            ///< reference positions of the corners, without jumps across periodic axes [m]
+    std::array<int, corners> node; ///< columns of the nodal window; the masters in a cell with hanging nodes
+    int end = 0;                   ///< one past its last batch
+    bool blocked = false;          ///< whether one of its particles is held in a direction
+    int hanging = -1;              ///< position in the list of master shares; -1: no hanging nodes
   };
 
   void assign(const ParticleInterpolation &interpolation, const fem::Mesh &mesh, const dem::Packing &packing);
-  /// After particles have got other places in the arrays.
+  /// Called after the particles have moved in their arrays.
   void renumber(const ParticleInterpolation &interpolation)
   {
     for (std::size_t k = 0; k < all_batches.size(); ++k)
@@ -109,7 +111,7 @@ public:
 
   const std::vector<Cell> &cells() const { return all_cells; }
   const std::vector<Batch> &batches() const { return all_batches; }
-  /// Asks the memory for vectors of the particles of a batch that comes soon after @p batch; they are scattered.
+  /// Prefetches the batch and the scattered particle vectors that follow soon after @p batch.
   template <typename... Arrays>
   [[gnu::always_inline]] void fetch_after(int batch, const Arrays &...arrays) const
   {
@@ -117,7 +119,7 @@ public:
     fetch_vectors_after(all_batches, batch, 6, arrays...);
   }
 
-  /// Coefficients of a vector field of the window's nodes, columns of a matrix, for value_of() a pack.
+  /// Coefficients of a vector field for value_of() of a pack. @param field one column for each node of the nodal window
   template <typename Matrix>
   [[gnu::always_inline]] void coefficients(const Cell &cell, const Matrix &field, SimdPack (&result)[corners]) const
   {
@@ -125,8 +127,8 @@ public:
     at_corners(cell, field, values);
     repeat_coefficients(values, result);
   }
-  /// Of the places of the finite elements now, which entries tie particles to [m]; or of these times @p rate, when the field is
-  /// more than displacements times that.
+  /// Coefficients of the present positions of the finite elements [m]. With @p rate the reference positions are multiplied by
+  /// it. Then @p displacement must be displacements times the rate plus another field.
   [[gnu::always_inline]] void places(const Cell &cell, const Eigen::Matrix3Xd &displacement, SimdPack (&result)[corners],
                                      double rate = 1.) const
   {
@@ -134,7 +136,7 @@ public:
     places_of_corners(cell, displacement, values, rate);
     repeat_coefficients(values, result);
   }
-  /// -chi of a pack [m]. @param period of the axes in which space repeats itself [m]
+  /// -chi of a pack [m]. @param period of the periodic axes, 0 in others [m]
   template <bool periodic>
   [[gnu::always_inline]] static SimdPack gap(const SimdPack (&places)[corners], const std::array<SimdPack, dim> &xi,
                                              const SimdPack &position, const Eigen::Vector3d &period)
@@ -144,7 +146,7 @@ public:
       wrap<dim>(result, period);
     return result;
   }
-  /// The transpose: by its moments, @p sign times what the entries of a cell give goes to the vectors of the nodes.
+  /// The transpose of coefficients(): adds @p sign times the moments of a cell to the nodal vectors @p field.
   template <typename Matrix>
   [[gnu::always_inline]] void scatter(const Cell &cell, const SimdPack (&moments)[corners], double sign, Matrix &&field) const
   {
@@ -154,7 +156,7 @@ public:
     scatter(cell, sums, field);
   }
 
-  /// The same once, not for every entry of a pack: of vectors that are kept by node, and of the places.
+  /// The same for one vector instead of a pack: coefficients of vectors stored by node, and of the positions.
   template <typename Value>
   [[gnu::always_inline]] void coefficients_of(const Cell &cell, const std::vector<Value> &of_nodes,
                                               Value (&result)[corners]) const
@@ -169,7 +171,7 @@ public:
     places_of_corners(cell, displacement, result);
     to_coefficients(result);
   }
-  /// The transposes: to what is kept by node, and to columns of a matrix.
+  /// The transposes of these, to vectors stored by node and to columns of a matrix.
   template <typename Value>
   [[gnu::always_inline]] void scatter_to(const Cell &cell, Value (&moments)[corners], std::vector<Value> &to_nodes) const
   {
@@ -188,7 +190,7 @@ public:
     }
   }
 
-  /// A number of every entry, in the lanes of the batches.
+  /// One number for each tied particle, in the lanes of the batches.
   template <typename OfLink>
   std::vector<SimdLanes> lanes_of(const OfLink &of_link) const
   {
@@ -198,14 +200,14 @@ public:
     return lanes;
   }
   int entry(std::size_t batch, int lane) const { return link_of[batch][lane]; }
-  /// Whether a lane has an entry of its own.
+  /// Whether a lane is used, not a repetition.
   bool is_used(std::size_t batch, int lane) const
   {
     return place_of[link_of[batch][lane]] == static_cast<int>(batch) * n_simd_lanes + lane;
   }
 
 private:
-  using Shares = std::array<std::array<double, corners>, corners>; // row a: of corner a
+  using Shares = std::array<std::array<double, corners>, corners>; // row a: shares of the masters in the motion of corner a
 
   template <typename Matrix>
   [[gnu::always_inline]] void at_corners(const Cell &cell, const Matrix &field, One (&values)[corners]) const
@@ -238,7 +240,7 @@ private:
         corner[a] += shares[cell.hanging][a][m] * values[m];
     std::copy(corner, corner + corners, values);
   }
-  /// From moments to what the masters get.
+  /// Converts moments to values at the masters.
   template <typename Value>
   [[gnu::always_inline]] void give_to_masters(const Cell &cell, Value (&part)[corners]) const
   {
@@ -255,13 +257,14 @@ private:
                  const dem::Packing &packing);
 
   std::vector<Cell> all_cells;
-  std::vector<Shares> shares; // of the corners' motion that each master gives, of cells that hang
+  std::vector<Shares> shares; // for cells with hanging nodes
   std::vector<Batch> all_batches;
-  std::vector<std::array<int, n_simd_lanes>> link_of; // of each batch
-  std::vector<int> place_of;                          // of each entry: lane of a batch
+  std::vector<std::array<int, n_simd_lanes>> link_of; // entry of each lane of each batch
+  std::vector<int> place_of;                          // lane of each entry
 };
 
-/// Nodes that carry no entry may have no column, or one whose fields end before: any other will do, it is taken times zero.
+/// A node that carries no tied particle may have no column of its own. Any other column can replace it, since its factor is
+/// zero.
 template <int dim>
 typename CellBatches<dim>::Cell CellBatches<dim>::make_cell(const InterpolatedParticle &entry,
                                                             const ParticleInterpolation &interpolation, const fem::Mesh &mesh,
@@ -340,7 +343,7 @@ void CellBatches<dim>::assign(const ParticleInterpolation &interpolation, const 
   renumber(interpolation);
 }
 
-/// 1/m of the entries' particles, 0 in directions in which one cannot move [1/kg].
+/// 1/m of the tied particles [1/kg], 0 in directions in which a particle is held.
 template <int dim>
 class InverseMass
 {
@@ -364,7 +367,7 @@ public:
       }
   }
   [[gnu::always_inline]] void fetch_after(int batch) const { kerf::fetch_after(inverse_mass, batch); }
-  /// Of pack @p number of a batch.
+  /// Inverse masses of pack @p number of a batch.
   [[gnu::always_inline]] SimdPack of(int batch, int number, const typename CellBatches<dim>::Cell &cell) const
   {
     if (__builtin_expect(cell.blocked, false))
@@ -374,6 +377,6 @@ public:
 
 private:
   std::vector<SimdLanes> inverse_mass;
-  std::vector<SimdPack> of_pack; // when a cell is blocked, which few are
+  std::vector<SimdPack> of_pack; // for cells with held particles only, which are few
 };
 } // namespace kerf

@@ -21,7 +21,7 @@ void CoupleOnNodes::renew(const fem::Mesh &mesh, const std::vector<int> &nodes, 
   }
   total_mass = mass.sum();
   if (total_mass > 0.)
-    places.colwise() -= Eigen::Vector3d(places * mass / total_mass); // sums of squares keep their digits
+    places.colwise() -= Eigen::Vector3d(places * mass / total_mass); // avoids cancellation in the second moments
 }
 
 void CoupleOnNodes::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &displacement, Eigen::Matrix3Xd &force) const
@@ -50,7 +50,7 @@ void CoupleOnNodes::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &d
   const double trace = second.trace();
   if (!(trace > 0.))
     return;                      // a single node
-  constexpr double line = 1e-14; // nodes in a line do not resist a turn about it
+  constexpr double line = 1e-14; // nodes on a line have no inertia about it
   const Matrix3d inertia = (1. + line) * trace * Matrix3d::Identity() - second;
   const Vector3d centre = first / total_mass, turn = inertia.ldlt().solve(couple);
   const Vectors::One middle = Vectors::load_one(centre.data()), about = Vectors::load_one(turn.data());
@@ -58,7 +58,7 @@ void CoupleOnNodes::add(const Eigen::Vector3d &couple, const Eigen::Matrix3Xd &d
   {
     const Vectors::One arm = mass[a] * (place(a) - middle);
     double *on_node = force.data() + 3 * a;
-    Vectors::store_one(on_node, Vectors::load_one(on_node) + next(about * next(arm) - next(about) * arm)); // turn x arm
+    Vectors::store_one(on_node, Vectors::load_one(on_node) + next(about * next(arm) - next(about) * arm)); // rotation x arm
   }
 }
 

@@ -6,16 +6,16 @@
 
 namespace kerf
 {
-/// The forces that a constraint puts on tied particles in a step, kept for their work by the trapezoidal rule over the steps
-/// (see ParticleWork). A step's hook sees one velocity, at which the forces of the step before end their way and the new ones
-/// begin theirs: what they do is summed where the velocities are at hand. (Velocities ahead are not known: damping comes
-/// after.)
+/// Constraint forces on tied particles, stored for their work by the trapezoidal rule over the steps (see ParticleWork). At the
+/// velocity of the hook the second half of the work of the previous forces ends and the first half of the work of the new
+/// forces begins. The power of both is summed where the velocities are loaded. The next velocity is not known there, because
+/// damping follows.
 template <int dim>
 class ForceHistory
 {
 public:
   [[gnu::always_inline]] void fetch_after(int batch) const { kerf::fetch_after(force, n_packs<dim> * batch, n_packs<dim>); }
-  /// Takes new forces on a pack of particles [N]. Returns those of the step before and these.
+  /// Stores new forces on a pack of particles [N]. Returns the sum of the previous and the new forces.
   [[gnu::always_inline]] SimdPack exchange(std::size_t pack, const SimdPack &forces)
   {
     const SimdPack both = widened(force[pack]) + forces;
@@ -23,7 +23,7 @@ public:
     return both;
   }
 
-  /// For new entries of this rank: without forces.
+  /// To be called for new tied particles of this rank. Their forces are zero.
   void renew(const CellBatches<dim> &cells, const dem::Particles &particles)
   {
     force.assign(n_packs<dim> * cells.batches().size(), FloatPack{});
@@ -33,9 +33,10 @@ public:
         index[k][l] = particles.index[cells.batches()[k].particle(l)];
   }
 
-  /// After the entries were updated: brings @p cells to the particles' new places. The forces of the step before are known to
-  /// the next ones when the entries are the same; otherwise returns their work over the second half of their way [J]. In a
-  /// setup there is none, its forces take the place of those before. Collective.
+  /// To be called after the tied particles were updated. Adapts @p cells to the new positions of particles in their arrays. If
+  /// the tied particles of a rank changed, returns the work of the previous forces over their second half step [J]; otherwise
+  /// exchange() accounts for it and the result is zero. In a setup the result is zero, since its forces replace the previous
+  /// ones. Collective.
   double follow(dem::Phase phase, InterpolationChange change, const ParticleInterpolation &interpolation,
                 CellBatches<dim> &cells, const dem::Particles &particles, double dt, int n_stored, MPI_Comm comm) const
   {
@@ -47,8 +48,8 @@ public:
   }
 
 private:
-  /// Work over half a step at the particles' present velocities, wherever these went [J]; @p cells are those of before.
-  /// Collective.
+  /// Work of the previous forces over half a step at the present velocities of the particles [J], also of those that changed
+  /// rank. @param cells of the previous step. Collective.
   double half_way_of_moved(const CellBatches<dim> &cells, const dem::Particles &particles, double dt, int n_stored,
                            MPI_Comm comm) const
   {
@@ -75,7 +76,7 @@ private:
     return 0.5 * dt * sum;
   }
 
-  std::vector<FloatPack> force;                     // of each pack of each batch, on the particles [N]
-  std::vector<std::array<int, n_simd_lanes>> index; // of the particles, in the packing
+  std::vector<FloatPack> force;                     // on the particles, for each pack of each batch [N]
+  std::vector<std::array<int, n_simd_lanes>> index; // indices of the particles in the packing
 };
 } // namespace kerf

@@ -34,7 +34,7 @@ void ParticleInterpolation::set_particles(const std::vector<TiedParticle> &parti
 
 void ParticleInterpolation::locate(fem::FemSide &fem)
 {
-  std::vector<int> pending; // a row has a node at least
+  std::vector<int> pending; // rows not found yet have no nodes
   for (std::size_t k = 0; k < tied.size(); ++k)
     if (rows[k].n == 0)
       pending.push_back(static_cast<int>(k));
@@ -46,7 +46,7 @@ void ParticleInterpolation::locate(fem::FemSide &fem)
   {
     if (found[k].cell < 0)
       throw std::logic_error("stored particle " + std::to_string(tied[pending[k]].index) + " lies outside the mesh");
-    constexpr double nothing = 1e-12; // on a face only its own nodes count, whatever cell was found
+    constexpr double nothing = 1e-12; // on a face only the nodes of the face enter, in whichever cell the point was found
     Row &row = rows[pending[k]];
     row.cell = found[k].cell;
     for (int d = 0; d < 3; ++d)
@@ -63,7 +63,7 @@ void ParticleInterpolation::locate(fem::FemSide &fem)
 
 InterpolationChange ParticleInterpolation::update(const dem::Particles &particles, fem::FemSide &fem)
 {
-  // Windows are collective, so all ranks plan again when particles moved on any of them.
+  // Setting a nodal window is collective, so all ranks renew their entries if one of them has to.
   int change = static_cast<int>(stale                      ? InterpolationChange::renewed
                                 : order != particles.order ? InterpolationChange::renumbered
                                                            : InterpolationChange::none);
@@ -81,7 +81,7 @@ InterpolationChange ParticleInterpolation::update(const dem::Particles &particle
   return static_cast<InterpolationChange>(change);
 }
 
-/// Finds the particles of the entries again. False when an entry is gone or new on this rank.
+/// Updates the particle numbers of the entries. Returns false when this rank has other tied particles than before.
 bool ParticleInterpolation::renumber(const dem::Particles &particles)
 {
   std::vector<int> particle_of(rows.size(), -1);
@@ -153,7 +153,7 @@ std::vector<double> ParticleInterpolation::tied_masses(const dem::Particles &par
 {
   Eigen::Matrix3Xd node_mass;
   fem.read_window(fem::NodalField::mass, node_mass);
-  // The sum over j needs the particles of all ranks: pushed to the nodes as if it were a force, and read back.
+  // The sum over j includes the particles of all ranks. It is assembled at the nodes like a force and read back.
   Eigen::Matrix3Xd before, shares = Eigen::Matrix3Xd::Zero(3, n_window()), total;
   fem.read_window(fem::NodalField::force, before);
   for (const InterpolatedParticle &entry : list)

@@ -12,65 +12,67 @@
 
 namespace kerf
 {
-/// A tied particle and the nodes that carry it.
+/// A tied particle of this rank and its interpolation from nodes.
 struct InterpolatedParticle
 {
-  int particle = -1; ///< of this rank
-  int row = -1;      ///< among all tied particles
+  int particle = -1; ///< number on this rank
+  int row = -1;      ///< position in the list of all tied particles
   int n = 0;
   double share = 1.;
-  std::array<bool, 3> blocked; ///< directions in which it cannot move
+  std::array<bool, 3> blocked; ///< directions in which its boundary conditions hold it
   int cell = -1;
-  std::array<double, 3> xi;     ///< place in the cell, see fem::Interpolation
-  std::array<int, 8> node;      ///< columns of the window
+  std::array<double, 3> xi;     ///< position in the cell, see fem::Interpolation
+  std::array<int, 8> node;      ///< columns of the nodal window
   std::array<double, 8> N;      ///< shape functions at the stored position
   std::array<double, 3> origin; ///< stored position [m]
 };
 
-/// What became of the entries of the whole model.
+/// Change of the tied particles of the ranks since the last update.
 enum class InterpolationChange
 {
   none,
-  renumbered, ///< the same entries in the same order, but particles have other places in the arrays
-  renewed     ///< others, or on other ranks
+  renumbered, ///< the same particles in the same order, at other positions of their arrays
+  renewed     ///< other particles, or on other ranks
 };
 
-/// Which nodes the window of a rank shows.
+/// Nodes in the nodal window of a rank.
 enum class WindowNodes
 {
-  own, ///< those of the entries of the rank
-  all  ///< those of all entries
+  own, ///< nodes of the rank's tied particles
+  all  ///< nodes of all tied particles
 };
 
-/// The tied particles of this rank with their rows of the interpolation N, and the window of the finite elements that belongs
-/// to them. Rows live in the reference configuration: found once, valid wherever the particle moves.
+/// The tied particles of this rank with their rows of the interpolation N, and the nodal window of the finite elements that
+/// they need. Rows refer to the reference configuration, so they are found once and stay valid when the particle moves.
 class ParticleInterpolation
 {
 public:
   ParticleInterpolation(const dem::Packing &packing, WindowNodes window, MPI_Comm comm);
 
   void set_particles(const std::vector<TiedParticle> &particles);
-  /// The window is to show the nodes @p around each node of an entry, too.
+  /// Adds the nodes @p around each node of a tied particle to the nodal window.
   void widen(std::function<std::vector<int>(int node)> around) { nodes_around = std::move(around); }
   int n_particles() const { return static_cast<int>(tied.size()); }
 
-  /// Entries for the particles as they lie on this rank now; the same answer on all ranks. Sets the window of the finite
-  /// elements when entries are renewed. Collective.
+  /// Updates the entries for the particles that are on this rank now. The result is the same on all ranks. Sets the nodal
+  /// window of the finite elements when the entries are renewed. Throws std::logic_error when a tied particle lies outside the
+  /// mesh. Collective.
   InterpolationChange update(const dem::Particles &particles, fem::FemSide &fem);
 
-  /// The mass that a spring between a particle and its point moves when its neighbours' springs pull alike,
+  /// Reduced mass of a spring between a particle and the finite-element field, for equal forces in neighbouring springs,
   ///   1/mu_i = 1/m_i + sum_a N_ia/M_a sum_j share_j N_ja   [kg],
-  /// for the entries as they are; 0 when a node without mass is involved, which can carry no reaction. No motion makes
-  /// sum_i share_i mu_i |chi_i|^2 larger than the sum of the masses times its square. Collective. Theory (5.4), (5.6).
+  /// for each entry. It is 0 when one of the nodes has no mass, since such a node cannot carry a reaction. In every motion
+  /// sum_i share_i mu_i |chi_i|^2 is at most the sum of the masses times the squared displacements. Collective. Theory (5.4),
+  /// (5.6).
   std::vector<double> tied_masses(const dem::Particles &particles, fem::FemSide &fem) const;
 
   const std::vector<InterpolatedParticle> &entries() const { return list; }
-  const std::vector<int> &window() const { return shown; } ///< nodes of the mesh, those of the entries first
+  const std::vector<int> &window() const { return shown; } ///< mesh nodes, those of the entries first
   int n_window() const { return static_cast<int>(shown.size()); }
   int n_carriers() const { return n_carrier_nodes; }
-  const std::vector<int> &columns() const { return column_of; } ///< of the window, by node of the mesh; -1: not shown
+  const std::vector<int> &columns() const { return column_of; } ///< columns of the nodal window by mesh node; -1: not in it
 
-  /// value of the particle - sum_a N_a value of node a
+  /// Value of the particle less sum_a N_a times the value of node a.
   template <typename ParticleValues>
   static Eigen::Vector3d gap(const InterpolatedParticle &entry, const ParticleValues &particle, const Eigen::Matrix3Xd &node)
   {
@@ -79,14 +81,14 @@ public:
       result -= entry.N[a] * node.col(entry.node[a]);
     return result;
   }
-  /// chi: displacement of the particle less that of the finite elements at its place [m]. Across periodic axes particles come
-  /// back on the other side and nodes do not.
+  /// chi: displacement of the particle less that of the finite elements at its position [m]. Particles are wrapped across
+  /// periodic axes, nodes are not; the shortest difference is returned.
   Eigen::Vector3d displacement_gap(const InterpolatedParticle &entry, const dem::Particles &particles,
                                    const Eigen::Matrix3Xd &u) const
   {
     return packing.shortest(gap(entry, particles.position, u) - Eigen::Map<const Eigen::Vector3d>(entry.origin.data()));
   }
-  /// node a gets N_a value
+  /// Adds N_a times @p value to each node a.
   static void spread(const InterpolatedParticle &entry, const Eigen::Vector3d &value, Eigen::Matrix3Xd &node)
   {
     for (int a = 0; a < entry.n; ++a)
@@ -111,7 +113,7 @@ private:
   MPI_Comm comm;
   std::vector<TiedParticle> tied;
   std::vector<Row> rows;
-  std::vector<int> row_of; // by index in the packing: place among the rows, -1 for particles that are not tied
+  std::vector<int> row_of; // by index in the packing: position in rows, -1 for particles that are not tied
   std::vector<InterpolatedParticle> list;
   std::function<std::vector<int>(int)> nodes_around;
   std::vector<int> shown, column_of;

@@ -11,9 +11,10 @@
 #include <immintrin.h>
 #endif
 
-/// Several entries of particles to a cell at once: SimdLanes are one number of four entries; a SimdPack is vectors as they
-/// stand in the arrays of particles and nodes, x y of four entries in the plane and x y z of two in space, which come and go
-/// without being sorted by component; where many numbers belong to an entry, it is one number of eight.
+/// Vector types for several tied particles at once. SimdLanes hold one number of four particles. A SimdPack holds vectors in
+/// the layout of the arrays of particles and nodes: x y of four particles in two dimensions, x y z of two particles in three.
+/// So vectors are loaded and stored without sorting by component. Where a particle has many numbers, a SimdPack holds one
+/// number of eight particles.
 namespace kerf
 {
 constexpr int n_simd_lanes = 4;
@@ -23,11 +24,11 @@ typedef double SimdPack __attribute__((vector_size(8 * sizeof(double))));
 
 typedef float FloatPack __attribute__((vector_size(8 * sizeof(float))));
 
-/// What is kept of a pack in single precision, to move half as much.
+/// Converts a pack to single precision, which halves the memory traffic.
 [[gnu::always_inline]] inline FloatPack narrowed(const SimdPack &v)
 {
 #ifdef __AVX512F__
-  return _mm512_cvtpd_ps(v); // GCC 12 makes many instructions of the conversion of vectors
+  return _mm512_cvtpd_ps(v); // GCC 12 converts vectors with many instructions
 #else
   return __builtin_convertvector(v, FloatPack);
 #endif
@@ -50,15 +51,15 @@ inline double sum_of(const SimdPack &v)
   return sum_of(__builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7));
 }
 
-/// What a pack holds and how it comes and goes.
+/// Layout of a pack, and how it is loaded and stored.
 template <int dim>
 struct PackedVectors;
 
-/// Both one after the other.
+/// Concatenates both.
 [[gnu::always_inline]] inline SimdPack joined(const SimdLanes &first, const SimdLanes &last)
 {
 #ifdef __AVX512F__
-  return _mm512_insertf64x4(_mm512_castpd256_pd512(first), last, 1); // for a shuffle GCC 12 copies both before
+  return _mm512_insertf64x4(_mm512_castpd256_pd512(first), last, 1); // GCC 12 copies both before a shuffle
 #else
   return __builtin_shufflevector(first, last, 0, 1, 2, 3, 4, 5, 6, 7);
 #endif
@@ -72,14 +73,14 @@ struct PackedVectors<2>
 
   [[gnu::always_inline]] static One load_one(const double *v) { return *reinterpret_cast<const AnyPair *>(v); }
   [[gnu::always_inline]] static void store_one(double *v, const One &one) { *reinterpret_cast<AnyPair *>(v) = one; }
-  /// The vectors of some particles, which begin at these numbers of an array.
+  /// Loads the vectors that begin at these positions of an array.
   [[gnu::always_inline]] static SimdPack load(const double *v, const std::ptrdiff_t *begin)
   {
     const auto two = [&](int l) -> SimdLanes
     { return __builtin_shufflevector(load_one(v + begin[l]), load_one(v + begin[l + 1]), 0, 1, 2, 3); };
     return joined(two(0), two(2));
   }
-  /// Lanes that repeat the particle before them do not count: the last ones go first.
+  /// Stores the vectors. Unused lanes repeat the particle before them, so the last lanes are stored first and overwritten.
   [[gnu::always_inline]] static void store(double *v, const std::ptrdiff_t *begin, const SimdPack &pack)
   {
     store_one(v + begin[3], __builtin_shufflevector(pack, pack, 6, 7));
@@ -87,7 +88,7 @@ struct PackedVectors<2>
     store_one(v + begin[1], __builtin_shufflevector(pack, pack, 2, 3));
     store_one(v + begin[0], __builtin_shufflevector(pack, pack, 0, 1));
   }
-  /// The number of each entry for all of its components. The integer is the number of the pack in the batch.
+  /// Repeats the number of each particle for all of its components. The integer is the number of the pack in the batch.
   [[gnu::always_inline]] static SimdPack spread(const SimdLanes &v, int /*number*/)
   {
     return __builtin_shufflevector(v, v, 0, 0, 1, 1, 2, 2, 3, 3);
@@ -101,14 +102,14 @@ struct PackedVectors<2>
     return SimdPack{v[0], v[1], v[0], v[1], v[0], v[1], v[0], v[1]};
 #endif
   }
-  /// Sum over the entries.
+  /// Sum over the particles.
   [[gnu::always_inline]] static One fold(const SimdPack &v)
   {
     const SimdLanes two = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
     return __builtin_shufflevector(two, two, 0, 1) + __builtin_shufflevector(two, two, 2, 3);
   }
 
-  /// sum of arm x force
+  /// Sum of arm x force over the particles.
   class Couple
   {
   public:
@@ -127,13 +128,13 @@ struct PackedVectors<2>
   };
 
 private:
-  typedef LinkPair AnyPair __attribute__((aligned(alignof(double)))); // begins at any number
+  typedef LinkPair AnyPair __attribute__((aligned(alignof(double)))); // without alignment to pairs
 };
 
 template <>
 struct PackedVectors<3>
 {
-  using One = SimdLanes; ///< x y z and nothing
+  using One = SimdLanes; ///< x y z and an unused lane
   static constexpr int components = 4, interpolation = 2;
 
   [[gnu::always_inline]] static One load_one(const double *v)
@@ -146,7 +147,7 @@ struct PackedVectors<3>
   }
   [[gnu::always_inline]] static void store_one(double *v, const One &one)
   {
-    // Not masked: what is read next to it would wait for the whole.
+    // Not a masked store: a load of a neighbouring vector would wait for it.
     PackedVectors<2>::store_one(v, __builtin_shufflevector(one, one, 0, 1));
     v[2] = one[2];
   }
@@ -196,15 +197,15 @@ struct PackedVectors<3>
   };
 };
 
-/// Eight entries at once, a number of each: vectors sorted by component. Link @p slot of packs one after the other is lane
-/// lane_of(slot).
+/// One number of each of eight particles, for vectors sorted by component. The particle at @p slot of consecutive packs has the
+/// lane lane_of(slot).
 constexpr int n_octet = 8;
 template <int dim>
 constexpr int lane_of(int slot)
 {
   return dim == 2 ? slot : slot / 2 + 4 * (slot % 2);
 }
-/// The vectors of eight particles, which begin at these numbers of an array, by component.
+/// Loads the vectors of eight particles that begin at these positions of an array, sorted by component.
 template <int dim>
 [[gnu::always_inline]] inline std::array<SimdPack, dim> load_octet(const double *v, const std::ptrdiff_t *begin)
 {
@@ -219,7 +220,7 @@ template <int dim>
   {
     const SimdPack a = pack(0), b = pack(1), c = pack(2), d = pack(3);
     const SimdPack first = __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14), // x z of a and b
-      last = __builtin_shufflevector(c, d, 0, 8, 2, 10, 4, 12, 6, 14),               // of c and d
+      last = __builtin_shufflevector(c, d, 0, 8, 2, 10, 4, 12, 6, 14),               // x z of c and d
       first_y = __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15),
                    last_y = __builtin_shufflevector(c, d, 1, 9, 3, 11, 5, 13, 7, 15);
     return {{__builtin_shufflevector(first, last, 0, 1, 8, 9, 4, 5, 12, 13),
@@ -227,7 +228,7 @@ template <int dim>
              __builtin_shufflevector(first, last, 2, 3, 10, 11, 6, 7, 14, 15)}};
   }
 }
-/// Adds to them; lanes that repeat a particle must be zero.
+/// Adds to the vectors of eight particles. Lanes that repeat a particle must be zero.
 template <int dim>
 [[gnu::always_inline]] inline void add_octet(double *v, const std::ptrdiff_t *begin,
                                              const std::array<SimdPack, dim> &by_component)
@@ -255,7 +256,7 @@ template <int dim>
     add(3, __builtin_shufflevector(odd, z, 2, 3, 11, 11, 6, 7, 15, 15));
   }
 }
-/// The sums of eight.
+/// The sums over each of eight packs.
 [[gnu::always_inline]] inline SimdPack sums_of(const SimdPack (&v)[8])
 {
   const auto pairs = [](const SimdPack &a, const SimdPack &b) -> SimdPack {
@@ -267,11 +268,11 @@ template <int dim>
   return halves(halves(pairs(v[0], v[1]), pairs(v[2], v[3])), halves(pairs(v[4], v[5]), pairs(v[6], v[7])));
 }
 
-/// Packs of a batch of entries.
+/// Number of packs in a batch.
 template <int dim>
 constexpr int n_packs = n_simd_lanes / PackedVectors<dim>::interpolation;
 
-/// Asks the memory for what is needed soon after @p begin, @p n at a time.
+/// Prefetches @p n elements that are needed @p distance times n after @p begin.
 template <typename Element>
 [[gnu::always_inline]] inline void fetch_after(const std::vector<Element> &values, std::size_t begin, std::size_t n = 1,
                                                int distance = 16)
@@ -282,7 +283,7 @@ template <typename Element>
     __builtin_prefetch(soon + at);
 }
 
-/// The same for the particles' vectors of the group of entries that comes @p distance after; they are scattered.
+/// Prefetches the scattered particle vectors of the group that follows @p distance groups later.
 template <typename Group, typename... Arrays>
 [[gnu::always_inline]] inline void fetch_vectors_after(const std::vector<Group> &groups, int group, int distance,
                                                        const Arrays &...arrays)
@@ -292,7 +293,7 @@ template <typename Group, typename... Arrays>
       (__builtin_prefetch(arrays.data() + begin), ...);
 }
 
-/// The nearest image, where space repeats itself after @p period [m].
+/// Reduces @p gap to the nearest periodic image. @param period of the periodic axes, 0 in others [m]
 template <int dim>
 void wrap(SimdPack &gap, const Eigen::Vector3d &period)
 {
