@@ -165,10 +165,7 @@ inline Passage pass(const Case &method, double length, int direction, bool from_
   const double wave = length * Strip::d;
   shape.region = shape.fem = static_cast<int>(std::ceil(8.5 * wave / shape.cell_length()));
   StripCase strip(shape);
-  strip.settings.constraint.method = method.constraint;
-  strip.settings.constraint.penalty_ratio = method.penalty_ratio;
-  strip.settings.constraint.corrector = method.corrector;
-  strip.settings.constraint.fluctuation_relaxation = method.fluctuation_relaxation;
+  strip.settings.constraint = method.constraint;
   Body body(strip.settings, strip.packing, Mode::fixed);
   const double amplitude = 1e-6 * Strip::d;
   double speed = 0.; // of the energy
@@ -212,10 +209,7 @@ inline double sent_back(const Case &method, int seed, double length, int directi
   shape.region = shape.fem = static_cast<int>(std::ceil(8.5 * wave / shape.cell_length()));
   shape.high = 5;
   StripCase strip(shape);
-  strip.settings.constraint.method = method.constraint;
-  strip.settings.constraint.penalty_ratio = method.penalty_ratio;
-  strip.settings.constraint.corrector = method.corrector;
-  strip.settings.constraint.fluctuation_relaxation = method.fluctuation_relaxation;
+  strip.settings.constraint = method.constraint;
   strip.settings.activation.relaxation_steps = 0; // at rest as stored
   const auto at = [&](double k) { return continuum_wave(strip.settings, k, direction); };
   const PlanePacket packet(shape.region_end() - 4. * wave, wave, 1, 1e-6 * Strip::d, at);

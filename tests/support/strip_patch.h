@@ -147,9 +147,7 @@ inline PatchErrors random_errors(const Case &method, int seed, Direction directi
   shape.overlap = overlap_cells;
   shape.high = 5;
   StripCase strip(shape);
-  strip.settings.constraint.method = method.constraint;
-  strip.settings.constraint.penalty_ratio = method.penalty_ratio;
-  strip.settings.constraint.corrector = method.corrector;
+  strip.settings.constraint = method.constraint;
   strip.settings.constraint.fluctuation_relaxation = 0.05;
   strip.settings.local_damping = 0.4;
   hold_ends(strip.settings);

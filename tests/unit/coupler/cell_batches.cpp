@@ -17,7 +17,7 @@ template <int dim>
 std::unique_ptr<fem::FemSide> refined_side()
 {
   fem::Settings settings = fem::test::box({4 * h, 3 * h, dim == 3 ? 3 * h : 0.}, h);
-  settings.body.mesh.refined = {{{0., 0., 0.}, {0.15, 0.15, 0.15}, 1}};
+  settings.mesh.refined = {{{0., 0., 0.}, {0.15, 0.15, 0.15}, 1}};
   return fem::make_fem_side(settings);
 }
 

@@ -165,7 +165,7 @@ TEST(RandomPatch, StiffPenaltyIsTooStiff)
 TEST(RandomPatch, CorrectedPenaltyKeepsTheModulus)
 {
   Case corrected = method("penalty", 1.);
-  corrected.corrector = true;
+  corrected.constraint.corrector = true;
   const PatchErrors errors = mean_random_errors(corrected, Direction::shear, {1, 2});
   EXPECT_LT(errors.strain, 5e-3);
   EXPECT_LT(std::abs(errors.energy), 0.01);

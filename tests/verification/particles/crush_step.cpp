@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 using namespace kerf;
-namespace test = kerf::dem::test;
+namespace packings = kerf::dem::test;
 
 namespace
 {
@@ -25,12 +25,12 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
   fem::Settings rock;
   rock.comm = MPI_COMM_SELF;
   rock.dim = packing.dim;
-  rock.body.mesh.lower = packing.lower;
-  rock.body.mesh.upper = packing.upper;
-  rock.body.mesh.cell_size = 0.5 * (packing.upper - packing.lower).maxCoeff();
+  rock.mesh.lower = packing.lower;
+  rock.mesh.upper = packing.upper;
+  rock.mesh.cell_size = 0.5 * (packing.upper - packing.lower).maxCoeff();
   rock.material = {2400., 20e9, 0.2};
   const auto fem = fem::make_fem_side(rock);
-  Case settings;
+  ModelSettings settings;
   settings.body.material = rock.material;
   settings.tool.kind = ToolKind::none;
   settings.bond.k_n = packing.dim == 2 ? 2e10 : 2e10 * packing.mean_diameter;
@@ -46,7 +46,7 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
       conditions.push_back({id, "", fem::BoundaryKind::roller});
   ParticleBoundary boundary(fem->mesh(), settings.body.material, conditions, packing);
 
-  const double dt = fraction_of_step * test::stable_steps_of(settings, Mode::dem, *fem, packing).dem;
+  const double dt = fraction_of_step * kerf::test::stable_steps_of(settings, Mode::dem, *fem, packing).dem;
   const dem::Settings particles = particle_settings(settings, packing, dt, MPI_COMM_SELF);
   ParticleWork work(dt, MPI_COMM_SELF), absorbed(dt, MPI_COMM_SELF);
   int n = 0;
@@ -57,7 +57,7 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
     boundary.hold(all, n * dt, dt, work);
   };
   dem::DemSide side(particles);
-  test::start(side, packing, test::all_particles(packing), hook);
+  packings::start(side, packing, packings::all_particles(packing), hook);
   Crushed result;
   while (n * dt * speed < 0.25 * height)
   {
@@ -101,8 +101,8 @@ TEST(StableStep, HoldsForACrushedRandomPacking)
 
 TEST(StableStep, HoldsForCrushedLattices)
 {
-  expect_stable(test::triangular_lattice(20, 20, 5e-4), 0.25);
-  expect_stable(test::fcc_lattice(4, 5e-4), 0.25);
+  expect_stable(packings::triangular_lattice(20, 20, 5e-4), 0.25);
+  expect_stable(packings::fcc_lattice(4, 5e-4), 0.25);
 }
 
 TEST(StableStep, ACrushedPackingBlowsUpWellAboveIt)
@@ -123,7 +123,7 @@ TEST(StableStep, ACrushedPackingBlowsUpWellAboveIt)
 
 TEST(StableStep, ContactsOfLatticesAreTheirBonds)
 {
-  for (const dem::Packing &packing : {test::triangular_lattice(12, 12, 5e-4), test::fcc_lattice(3, 5e-4)})
+  for (const dem::Packing &packing : {packings::triangular_lattice(12, 12, 5e-4), packings::fcc_lattice(3, 5e-4)})
     EXPECT_EQ(particle_frequency(packing, 1e9, 0.25e9, 2700.), dem::largest_frequency(packing, 1e9, 0.25e9, 2700.));
   const dem::Packing random = random_packing(2);
   const double ratio = particle_frequency(random, 1e9, 0.25e9, 2700.) / dem::largest_frequency(random, 1e9, 0.25e9, 2700.);

@@ -20,9 +20,9 @@ struct Body
   explicit Body(int columns = 24, int rows = 20) : packing(test::triangular_lattice(columns, rows, r))
   {
     fem::Settings rock;
-    rock.body.mesh.lower = packing.lower;
-    rock.body.mesh.upper = packing.upper;
-    rock.body.mesh.cell_size = 4e-3;
+    rock.mesh.lower = packing.lower;
+    rock.mesh.upper = packing.upper;
+    rock.mesh.cell_size = 4e-3;
     rock.material = {2400., 20e9, 0.2};
     fem = fem::make_fem_side(rock);
     settings.body.material = rock.material;
@@ -75,7 +75,7 @@ struct Body
 
   dem::Packing packing;
   std::unique_ptr<fem::FemSide> fem;
-  Case settings;
+  ModelSettings settings;
 };
 
 /// Step of 1/4 of the stable one: omega^2 = 6.5 k_n / m for k_t = k_n / 4.
