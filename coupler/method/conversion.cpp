@@ -21,7 +21,7 @@ Conversion::Conversion(const ModelSettings &settings, Mode mode, fem::FemSide &f
 {
 }
 
-ActivationEvent Conversion::open() const
+ActivationEvent Conversion::audit_before() const
 {
   ActivationEvent event;
   const EnergyLedger ledger = energies();
@@ -30,7 +30,7 @@ ActivationEvent Conversion::open() const
   return event;
 }
 
-void Conversion::close(ActivationEvent &event) const
+void Conversion::audit_after(ActivationEvent &event) const
 {
   const EnergyLedger ledger = energies();
   event.held_after = ledger.held();
@@ -39,7 +39,7 @@ void Conversion::close(ActivationEvent &event) const
 
 ActivationEvent Conversion::convert(const std::vector<int> &cells)
 {
-  ActivationEvent event = open();
+  ActivationEvent event = audit_before();
   event.cells = static_cast<int>(cells.size());
   const CellStresses stress = stresses_of(cells, false);
 
@@ -59,9 +59,9 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
   std::vector<int> added;
   for (const dem::NewParticle &particle : particles)
     added.push_back(particle.index);
-  std::vector<int> settling = added;
-  settling.insert(settling.end(), reweighted.begin(), reweighted.end());
-  Accelerations accelerations = project_accelerations(fem, packing, settling, comm);
+  std::vector<int> to_relax = added;
+  to_relax.insert(to_relax.end(), reweighted.begin(), reweighted.end());
+  Accelerations accelerations = project_accelerations(fem, packing, to_relax, comm);
   for (auto &[index, acceleration] : accelerations) // none in directions that a boundary condition holds
     for (int c = 0; c < 3; ++c)
       if (boundary.role(index).held || boundary.role(index).blocked[c])
@@ -77,20 +77,20 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
 
   event.bonds_stored = bonds_between(added);
   compare_stresses(event, stress, stresses_of(cells, true));
-  close(event);
+  audit_after(event);
   return event;
 }
 
 ActivationEvent Conversion::return_to_continuum(const std::vector<int> &cells)
 {
-  ActivationEvent event = open();
+  ActivationEvent event = audit_before();
   event.cells = -static_cast<int>(cells.size());
   const CellStresses stress = stresses_of(cells, true);
 
-  const Eigen::Matrix3Xd moved = fem.gather(fem::NodalField::mass);
+  const Eigen::Matrix3Xd mass_before = fem.gather(fem::NodalField::mass);
   overlap.restore(cells);
   fem.set_weights(overlap.fe_weights());
-  const NodalState state = recover_nodes(fem, dem, packing, cells, moved, comm);
+  const NodalState state = recover_nodes(fem, dem, packing, cells, mass_before, comm);
   fem.set_state(state.displacement, state.velocity);
 
   std::vector<int> unused;
@@ -107,7 +107,7 @@ ActivationEvent Conversion::return_to_continuum(const std::vector<int> &cells)
   if (mode == Mode::adaptive)
     monitor.check(fem, overlap, ties, dem.is_active(), cells, dt, constraint);
   compare_stresses(event, stress, stresses_of(cells, false));
-  close(event);
+  audit_after(event);
   return event;
 }
 
@@ -178,8 +178,8 @@ void Conversion::relax_particles(const std::vector<int> &added, const std::vecto
   {
     // Relax with full weights. The equilibrium positions do not depend on how stiffness is shared, and weights would load
     // particles with forces that the finite elements balance. Particles in equilibrium in the old overlap are not in
-    // equilibrium in the new one. The outermost particles lack bonds and are not moved. Damaged particles are not moved either,
-    // because their contacts would treat the displacement as sliding.
+    // equilibrium in the new one. The outermost particles lack bonds and are not mass_before. Damaged particles are not
+    // mass_before either, because their contacts would treat the displacement as sliding.
     moving.insert(moving.end(), reweighted.begin(), reweighted.end());
     const std::vector<char> damaged = damaged_particles();
     const auto stays = [&](int i)

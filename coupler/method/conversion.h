@@ -2,6 +2,7 @@
 #pragma once
 
 #include "coupler/loading/boundary/particle_boundary.h"
+#include "coupler/method/activation/relaxation.h"
 #include "coupler/method/activation/virial_stress.h"
 #include "coupler/method/constraint/constraint.h"
 #include "coupler/method/conversion_audit.h"
@@ -10,7 +11,6 @@
 #include "coupler/method/stability/stability_monitor.h"
 
 #include <functional>
-#include <unordered_map>
 #include <vector>
 
 namespace kerf
@@ -44,9 +44,8 @@ public:
   bool relaxing() const { return is_relaxing; }
 
 private:
-  using Accelerations = std::unordered_map<int, Eigen::Vector3d>;
-  ActivationEvent open() const;
-  void close(ActivationEvent &event) const;
+  ActivationEvent audit_before() const;
+  void audit_after(ActivationEvent &event) const;
   CellStresses stresses_of(const std::vector<int> &cells, bool of_particles);
   std::int64_t bonds_between(const std::vector<int> &added) const;
   std::vector<TiedParticle> active_ties() const;

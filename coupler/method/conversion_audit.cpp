@@ -34,14 +34,14 @@ ConservedQuantities conserved_quantities(const fem::FemSide &fem, dem::DemSide &
       sums.tail<3>() += x.cross(momentum);
     }
   }
-  ConservedQuantities inventory;
-  inventory.mass = sums[0];
-  inventory.momentum = sums.segment<3>(1);
-  inventory.angular_momentum = sums.tail<3>();
-  inventory.kinetic = energies.kinetic;
-  inventory.elastic = energies.elastic;
-  inventory.bonds = dem.n_bonds_intact() + dem.n_bonds_broken();
-  return inventory;
+  ConservedQuantities quantities;
+  quantities.mass = sums[0];
+  quantities.momentum = sums.segment<3>(1);
+  quantities.angular_momentum = sums.tail<3>();
+  quantities.kinetic = energies.kinetic;
+  quantities.elastic = energies.elastic;
+  quantities.bonds = dem.n_bonds_intact() + dem.n_bonds_broken();
+  return quantities;
 }
 void compare_stresses(ActivationEvent &event, const CellStresses &before, const CellStresses &after)
 {

@@ -131,7 +131,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
 /// Reports a diverging side as an unstable run. Either side detects divergence on all ranks before the energies are checked.
 /// Other errors do not come from the physics and pass through.
 template <typename Action>
-void CoupledModel::watched(const Action &action)
+void CoupledModel::with_runaway_reported(const Action &action)
 {
   const auto unstable = [this](const std::exception &error)
   { return UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what()); };
@@ -152,7 +152,8 @@ void CoupledModel::watched(const Action &action)
 void CoupledModel::advance(int steps)
 {
   clock.restart();
-  watched([&] { dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); }); });
+  with_runaway_reported([&]
+                        { dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); }); });
   if (fem_side.n_active_cells() > 0)
     debris_contact.find_debris(*dem_side, regions.bonds(), regions.tied_particles());
   clock.lap(Part::dem);
@@ -202,7 +203,8 @@ void CoupledModel::set_up_forces()
 
 void CoupledModel::particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &))
 {
-  watched([&] { (dem_side.get()->*compute)([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); }); });
+  with_runaway_reported([&]
+                        { (dem_side.get()->*compute)([this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); }); });
 }
 
 ToolForce CoupledModel::take_tool_force()

@@ -78,7 +78,7 @@ private:
   /// Enters the energy change of a conversion into the ledger.
   void record(ActivationEvent event);
   template <typename Action>
-  void watched(const Action &action);
+  void with_runaway_reported(const Action &action);
   void particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &));
 
   const ModelSettings &settings;

@@ -231,7 +231,7 @@ struct Friction
 };
 
 /// Trial force and return to Coulomb's limit. Theory (3.13). @param trial tangential spring before the return [m];
-/// @param stiffness, @param normal_force of the contact [N/m], [N];
+/// @p stiffness and @p normal_force of the contact [N/m], [N];
 /// @param damping_force viscous tangential force on the first particle [N], dropped while sliding.
 template <int dim>
 Friction<dim> coulomb(const Vector<dim> &trial, double stiffness, double normal_force, double coefficient,

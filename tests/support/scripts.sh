@@ -40,7 +40,7 @@ fail()
 install_packages()
 {
   command -v dpkg-query > /dev/null && command -v apt-get > /dev/null ||
-    fail "this script installs Debian packages, but dpkg-query and apt-get are not here; see README.md for a manual build"
+    fail "this script installs Debian packages, but dpkg-query and apt-get are not here; see docs/user/installing.md for a manual build"
 
   local name purpose missing=()
   while read -r name purpose; do

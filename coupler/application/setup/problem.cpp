@@ -2,6 +2,7 @@
 #include "coupler/application/setup/problem.h"
 
 #include "coupler/application/setup/packing_domain.h"
+#include "coupler/application/setup/time_step.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
@@ -137,28 +138,6 @@ void use_calibrated_strength(Case &settings, const dem::Packing &packing)
   settings.bond.R_n = known.R_n;
   settings.bond.R_t = known.R_t;
 }
-/// Throws an InputError with the reason why the constraint refuses the case.
-void check_refusal(Refusal refusal, const Case &settings, const fem::FemSide &fem)
-{
-  const std::string ratio = case_path(settings) +
-                            ": Coupling/Penalty ratio = " + std::to_string(settings.constraint.penalty_ratio) +
-                            " is unstable at any time step ";
-  switch (refusal)
-  {
-  case Refusal::none:
-    return;
-  case Refusal::ratio_too_large:
-    throw InputError(ratio + "with Coupling/Method = " + settings.constraint.method + ", give less than 2");
-  case Refusal::unstable_overlap:
-    throw InputError(ratio + "in this overlap, give a smaller value");
-  case Refusal::cells_too_fine:
-    throw InputError(case_path(settings) + ": Mesh/Cell size: the smallest cells have edges of " +
-                     std::to_string(smallest_edge(fem.mesh()) / settings.packing.mean_diameter) +
-                     " particle diameters, too few particles for means around nodes; give at least 1.5, or another "
-                     "Coupling/Method than " +
-                     settings.constraint.method);
-  }
-}
 } // namespace
 
 std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
@@ -280,17 +259,7 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
 
   problem->constraint = make_constraint(constraint_model(problem->settings, problem->packing, comm));
   problem->stable = stable_steps(problem->settings, mode, *problem->fem, problem->packing, *problem->constraint, comm);
-  check_refusal(problem->stable.refusal, settings, *problem->fem);
-  if (settings.time_step > problem->stable.coupled)
-  {
-    std::ostringstream text;
-    text << case_path(settings) << ": Time/Time step = " << settings.time_step << " s is above the stable step "
-         << problem->stable.coupled << " s of mode " << name_of(mode) << " (finite elements " << problem->stable.fem
-         << " s, particles " << problem->stable.dem << " s); give a smaller step, or 0 for Time/Safety x stable step";
-    throw InputError(text.str());
-  }
-  problem->dt =
-    settings.time_step > 0. ? settings.time_step : std::min(settings.safety * problem->stable.elastic, problem->stable.coupled);
+  problem->dt = choose_time_step(problem->settings, mode, problem->stable, *problem->fem);
   return problem;
 }
 } // namespace kerf

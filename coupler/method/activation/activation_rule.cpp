@@ -29,7 +29,7 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
 {
   const fem::CellStress stress = fem.cell_stress();
   std::vector<int> flagged, following;
-  const double quiet =
+  const double unloaded_norm =
     norm_below(settings.event_fraction * settings.sigma_star, settings.tensile_strength, settings.compressive_strength);
   for (std::size_t k = 0; k < stress.cell.size(); ++k)
   {
@@ -42,7 +42,7 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
     if (overlap.is_converted(stress.cell[k]) || !in_reach)
       continue;
     const double squared_norm = stress.sigma.col(k).head<3>().squaredNorm() + 2. * stress.sigma.col(k).tail<3>().squaredNorm();
-    if (squared_norm <= quiet * quiet)
+    if (squared_norm <= unloaded_norm * unloaded_norm)
       continue; // rejects most cells without principal stresses
     const double measure =
       stress_measure(settings.criterion, stress.sigma.col(k), settings.tensile_strength, settings.compressive_strength);

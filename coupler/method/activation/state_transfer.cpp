@@ -128,7 +128,7 @@ std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem
 }
 
 NodalState recover_nodes(const fem::FemSide &fem, dem::DemSide &dem, const dem::Packing &packing, const std::vector<int> &cells,
-                         const Eigen::Matrix3Xd &moved, MPI_Comm comm)
+                         const Eigen::Matrix3Xd &mass_before, MPI_Comm comm)
 {
   constexpr int record = 8; // index, mass of the particle, displacement, velocity
   const dem::Particles particles = dem.particles();
@@ -165,7 +165,7 @@ NodalState recover_nodes(const fem::FemSide &fem, dem::DemSide &dem, const dem::
     std::vector<int> number(fem.mesh().n_nodes(), -1), nodes;
     for (const fem::Interpolation &point : found)
       for (int a = 0; a < point.n; ++a)
-        if (const int node = point.nodes[a]; number[node] < 0 && moved(0, node) == 0. && inverse_mass(c, node) > 0.)
+        if (const int node = point.nodes[a]; number[node] < 0 && mass_before(0, node) == 0. && inverse_mass(c, node) > 0.)
         {
           number[node] = static_cast<int>(nodes.size());
           nodes.push_back(node);

@@ -31,7 +31,7 @@ struct NodalState
 /// The nodal state after @p cells have returned to the continuum. Nodes that had no mass are fitted to the particles in the
 /// cells by mass-weighted least squares of displacement and velocity. Nodes that had mass keep their state, and so do
 /// components that a boundary condition holds (inverse mass zero). The finite elements must already have the new weights.
-/// @param moved nodal masses before the return [kg]. Collective.
+/// @param mass_before nodal masses before the return [kg]. Collective.
 NodalState recover_nodes(const fem::FemSide &fem, dem::DemSide &dem, const dem::Packing &packing, const std::vector<int> &cells,
-                         const Eigen::Matrix3Xd &moved, MPI_Comm comm);
+                         const Eigen::Matrix3Xd &mass_before, MPI_Comm comm);
 } // namespace kerf

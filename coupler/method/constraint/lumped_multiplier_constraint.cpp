@@ -111,7 +111,7 @@ double LumpedMultiplierConstraint::pull(Ties<dim> &ties, double tau, dem::Partic
                        own_force = Vectors::load(particles.force.data(), at);
         SimdPack position = Vectors::load(particles.position.data(), at);
         if (periodic) // the periodic image closest to the finite-element position
-          position = value_of(place, xi) - CellBatches<dim>::template gap<true>(place, xi, position, packing.periodic);
+          position = value_of(place, xi) - CellBatches<dim>::template minus_chi<true>(place, xi, position, packing.periodic);
         const SimdPack asked =
           value_of(rate, xi) - own_velocity - closing * position - tau * ties.inverse_mass.of(k, p, cell) * own_force;
         const SimdPack force = rate_of_tau * Vectors::spread(ties.pulled[k], p) * asked;

@@ -215,7 +215,7 @@ void PenaltyConstraint::pull(Springs<dim> &springs, dem::Particles &particles)
         const auto *at = batch.begins(p);
         const auto xi = batch.place(p);
         const SimdPack position = Vectors::load(particles.position.data(), at),
-                       gap = CellBatches<dim>::template gap<periodic>(place, xi, position, packing.periodic);
+                       gap = CellBatches<dim>::template minus_chi<periodic>(place, xi, position, packing.periodic);
         const SimdPack force = Vectors::spread(springs.stiffness[k], p) * gap;
         energy += 0.5 * force * gap;
         Vectors::store(particles.force.data(), at, Vectors::load(particles.force.data(), at) + force);
@@ -263,8 +263,8 @@ void PenaltyConstraint::add_damping(dem::Particles &particles, fem::FemSide &fem
   for (std::size_t k = 0; k < interpolation.entries().size(); ++k)
   {
     const InterpolatedParticle &entry = interpolation.entries()[k];
-    const Eigen::Vector3d force = viscosity[k] * ParticleInterpolation::gap(entry, particles.velocity, node_velocity);
-    const Eigen::Vector3d couple = interpolation.displacement_gap(entry, particles, node_displacement).cross(force);
+    const Eigen::Vector3d force = viscosity[k] * ParticleInterpolation::mismatch(entry, particles.velocity, node_velocity);
+    const Eigen::Vector3d couple = interpolation.chi(entry, particles, node_displacement).cross(force);
     particles.force.col(entry.particle) -= force;
     particles.torque.col(entry.particle) += couple;
     damping_work.add(particles, entry.particle, -force, couple);

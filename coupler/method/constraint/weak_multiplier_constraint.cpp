@@ -201,8 +201,8 @@ void WeakMultiplierConstraint::build_equations(const Ties<dim> &ties, const dem:
 {
   fem.read_window(fem::NodalField::inverse_mass, inverse_node_mass);
   constexpr int record = 5 + 2 * 8; // c, three inverse masses, number of nodes, nodes, shape functions
-  std::vector<double> mine;
-  mine.reserve(interpolation.entries().size() * record);
+  std::vector<double> of_rank;
+  of_rank.reserve(interpolation.entries().size() * record);
   for (std::size_t k = 0; k < ties.c.size(); ++k)
     for (int l = 0; l < n_simd_lanes; ++l)
       if (ties.cells.is_used(k, l))
@@ -211,11 +211,11 @@ void WeakMultiplierConstraint::build_equations(const Ties<dim> &ties, const dem:
         std::array<double, 3> inverse_mass{};
         for (int axis = 0; axis < dim; ++axis)
           inverse_mass[axis] = entry.blocked[axis] ? 0. : 1. / particles.mass[entry.particle];
-        mine.insert(mine.end(), {ties.c[k][l], inverse_mass[0], inverse_mass[1], inverse_mass[2], double(entry.n)});
-        mine.insert(mine.end(), entry.node.begin(), entry.node.end());
-        mine.insert(mine.end(), entry.N.begin(), entry.N.end());
+        of_rank.insert(of_rank.end(), {ties.c[k][l], inverse_mass[0], inverse_mass[1], inverse_mass[2], double(entry.n)});
+        of_rank.insert(of_rank.end(), entry.node.begin(), entry.node.end());
+        of_rank.insert(of_rank.end(), entry.N.begin(), entry.N.end());
       }
-  const std::vector<double> all = gather_all(mine, MPI_DOUBLE, settings.comm);
+  const std::vector<double> all = gather_all(of_rank, MPI_DOUBLE, settings.comm);
   const std::size_t n = all.size() / record;
   std::vector<int> nodes(8 * n);
   std::vector<MultiplierSystem::Row> rows(n);
@@ -304,7 +304,7 @@ void WeakMultiplierConstraint::gather_gaps(Ties<dim> &ties, double tau, dem::Par
         const SimdPack position = Vectors::load(particles.position.data(), at),
                        own_velocity = Vectors::load(particles.velocity.data(), at),
                        own_force = Vectors::load(particles.force.data(), at);
-        const SimdPack gap = CellBatches<dim>::template gap<periodic>(place, xi, position, packing.periodic);
+        const SimdPack gap = CellBatches<dim>::template minus_chi<periodic>(place, xi, position, packing.periodic);
         const SimdPack held = Vectors::spread(ties.spring[k], p) * gap,
                        relaxed = Vectors::spread(ties.viscosity[k], p) * (value_of(v, xi) - own_velocity),
                        total = own_force + held + relaxed;

@@ -66,16 +66,16 @@ CoupledOperator::CoupledOperator(const dem::NetworkOperator::Material &bonds, Co
 void CoupledOperator::add_cells(const fem::FemSide &fem, const Box &part, MPI_Comm comm)
 {
   const fem::Mesh &mesh = fem.mesh();
-  std::vector<int> mine;
+  std::vector<int> of_rank;
   for (const int cell : fem.owned_cells())
     if (contains(part, cell_centre(mesh, cell)))
-      mine.push_back(cell);
+      of_rank.push_back(cell);
   std::vector<double> packed;
-  const std::vector<fem::CellStiffness> stiffness = fem.cell_stiffness(mine);
-  for (std::size_t k = 0; k < mine.size(); ++k)
+  const std::vector<fem::CellStiffness> stiffness = fem.cell_stiffness(of_rank);
+  for (std::size_t k = 0; k < of_rank.size(); ++k)
     if ((stiffness[k].array() != 0.).any())
     {
-      packed.push_back(mine[k]);
+      packed.push_back(of_rank[k]);
       packed.insert(packed.end(), stiffness[k].data(), stiffness[k].data() + stiffness[k].size());
     }
   packed = gather_all(packed, MPI_DOUBLE, comm);

@@ -93,7 +93,7 @@ void compare_with_shape_functions()
         Vector3d value = Vector3d::Zero();
         for (int a = 0; a < entry.n; ++a)
           value += entry.N[a] * field.col(entry.node[a]);
-        const auto xi = batch.place(l / Vectors::interpolation);
+        const auto xi = batch.place(l / Vectors::n_entries);
         std::array<SimdLanes, dim> here;
         std::array<typename Vectors::One, dim> one_here;
         for (int d = 0; d < dim; ++d)
@@ -104,7 +104,7 @@ void compare_with_shape_functions()
         add_moments(SimdLanes(load[k][l] * SimdLanes{1., 2., 3., 4.}), here, moments);
         for (int c = 0; c < dim; ++c)
         {
-          const int in_pack = Vectors::components * (l % Vectors::interpolation) + c;
+          const int in_pack = Vectors::components * (l % Vectors::n_entries) + c;
           EXPECT_NEAR(value_of(of_numbers, here)[c], value[c], round_off);
           EXPECT_NEAR(value_of(present, one_here)[c], entry.origin[c] + value[c], round_off);
           EXPECT_NEAR(value_of(scaled_places, xi)[in_pack], 3. * entry.origin[c] + value[c], round_off);

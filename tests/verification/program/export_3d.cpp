@@ -69,11 +69,11 @@ void expect_same_motion(const dem::Packing &packing, const std::vector<fem::Boun
   fem::Settings rock;
   rock.comm = MPI_COMM_SELF;
   rock.dim = 3;
-  rock.body.mesh.lower = packing.lower;
-  rock.body.mesh.upper = packing.upper;
+  rock.mesh.lower = packing.lower;
+  rock.mesh.upper = packing.upper;
   for (int c = 0; c < 3; ++c)
-    rock.body.mesh.periodic[c] = packing.periodic[c] > 0.;
-  rock.body.mesh.cell_size = 0.25 * (packing.upper - packing.lower).maxCoeff();
+    rock.mesh.periodic[c] = packing.periodic[c] > 0.;
+  rock.mesh.cell_size = 0.25 * (packing.upper - packing.lower).maxCoeff();
   rock.material = {2400., 20e9, 0.2};
   const std::unique_ptr<fem::FemSide> fem = fem::make_fem_side(rock);
 

@@ -43,7 +43,7 @@ void CorrectedSprings<dim>::renew(const CellBatches<dim> &cells, const ParticleI
                                   const std::vector<double> &stiffness)
 {
   octets.clear();
-  link_of.clear();
+  entry_of.clear();
   end.clear();
   std::size_t k = 0, longest = 0;
   for (const auto &cell : cells.cells())
@@ -60,10 +60,10 @@ void CorrectedSprings<dim>::renew(const CellBatches<dim> &cells, const ParticleI
       if (slot % n_octet == 0)
       {
         octets.emplace_back();
-        link_of.emplace_back();
+        entry_of.emplace_back();
       }
       Octet &octet = octets.back();
-      link_of.back()[slot % n_octet] = number;
+      entry_of.back()[slot % n_octet] = number;
       const InterpolatedParticle &entry = interpolation.entries()[number];
       for (int d = 0; d < dim; ++d)
         octet.xi[d][lane] = entry.xi[d];
@@ -85,7 +85,7 @@ void CorrectedSprings<dim>::renumber(const ParticleInterpolation &interpolation)
 {
   for (std::size_t k = 0; k < octets.size(); ++k)
     for (int slot = 0; slot < n_octet; ++slot)
-      octets[k].begin[slot] = 3 * std::ptrdiff_t(interpolation.entries()[link_of[k][slot]].particle);
+      octets[k].begin[slot] = 3 * std::ptrdiff_t(interpolation.entries()[entry_of[k][slot]].particle);
 }
 
 template <int dim>

@@ -67,7 +67,7 @@ private:
   void give(const CellBatches<dim> &cells, std::size_t cell, const Sums &sums, Eigen::Matrix3Xd &node_force);
 
   std::vector<Octet> octets;
-  std::vector<std::array<int, n_octet>> link_of;
+  std::vector<std::array<int, n_octet>> entry_of;
   std::vector<int> end; // end of the octets of each cell
   std::vector<Pull> pulls;
   NodalStrain<dim> strains;

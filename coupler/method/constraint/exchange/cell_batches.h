@@ -87,7 +87,7 @@ public:
         result[d] = Vectors::spread(xi[d], number);
       return result;
     }
-    [[gnu::always_inline]] const std::ptrdiff_t *begins(int number) const { return begin + Vectors::interpolation * number; }
+    [[gnu::always_inline]] const std::ptrdiff_t *begins(int number) const { return begin + Vectors::n_entries * number; }
     int particle(int lane) const { return static_cast<int>(begin[lane] / 3); }
   };
   /// A cell with tied particles. Its batches are consecutive.
@@ -106,7 +106,7 @@ public:
   {
     for (std::size_t k = 0; k < all_batches.size(); ++k)
       for (int l = 0; l < n_simd_lanes; ++l)
-        all_batches[k].begin[l] = 3 * std::ptrdiff_t(interpolation.entries()[link_of[k][l]].particle);
+        all_batches[k].begin[l] = 3 * std::ptrdiff_t(interpolation.entries()[entry_of[k][l]].particle);
   }
 
   const std::vector<Cell> &cells() const { return all_cells; }
@@ -138,8 +138,8 @@ public:
   }
   /// -chi of a pack [m]. @param period of the periodic axes, 0 in others [m]
   template <bool periodic>
-  [[gnu::always_inline]] static SimdPack gap(const SimdPack (&places)[corners], const std::array<SimdPack, dim> &xi,
-                                             const SimdPack &position, const Eigen::Vector3d &period)
+  [[gnu::always_inline]] static SimdPack minus_chi(const SimdPack (&places)[corners], const std::array<SimdPack, dim> &xi,
+                                                   const SimdPack &position, const Eigen::Vector3d &period)
   {
     SimdPack result = value_of(places, xi) - position;
     if (periodic)
@@ -191,19 +191,19 @@ public:
   }
 
   /// One number for each tied particle, in the lanes of the batches.
-  template <typename OfLink>
-  std::vector<SimdLanes> lanes_of(const OfLink &of_link) const
+  template <typename OfEntry>
+  std::vector<SimdLanes> lanes_of(const OfEntry &of_entry) const
   {
     std::vector<SimdLanes> lanes(all_batches.size(), SimdLanes{});
     for (std::size_t k = 0; k < place_of.size(); ++k)
-      lanes[place_of[k] / n_simd_lanes][place_of[k] % n_simd_lanes] = of_link(k);
+      lanes[place_of[k] / n_simd_lanes][place_of[k] % n_simd_lanes] = of_entry(k);
     return lanes;
   }
-  int entry(std::size_t batch, int lane) const { return link_of[batch][lane]; }
+  int entry(std::size_t batch, int lane) const { return entry_of[batch][lane]; }
   /// Whether a lane is used, not a repetition.
   bool is_used(std::size_t batch, int lane) const
   {
-    return place_of[link_of[batch][lane]] == static_cast<int>(batch) * n_simd_lanes + lane;
+    return place_of[entry_of[batch][lane]] == static_cast<int>(batch) * n_simd_lanes + lane;
   }
 
 private:
@@ -259,8 +259,8 @@ private:
   std::vector<Cell> all_cells;
   std::vector<Shares> shares; // for cells with hanging nodes
   std::vector<Batch> all_batches;
-  std::vector<std::array<int, n_simd_lanes>> link_of; // entry of each lane of each batch
-  std::vector<int> place_of;                          // lane of each entry
+  std::vector<std::array<int, n_simd_lanes>> entry_of; // entry of each lane of each batch
+  std::vector<int> place_of;                           // lane of each entry
 };
 
 /// A node that carries no tied particle may have no column of its own. Any other column can replace it, since its factor is
@@ -328,7 +328,7 @@ void CellBatches<dim>::assign(const ParticleInterpolation &interpolation, const 
     all_cells[c].end = n;
   }
   all_batches.assign(n, Batch());
-  link_of.resize(n);
+  entry_of.resize(n);
   place_of.resize(list.size());
   for (std::size_t k = 0; k < list.size(); ++k)
   {
@@ -336,7 +336,7 @@ void CellBatches<dim>::assign(const ParticleInterpolation &interpolation, const 
     const int lane = place_of[k] % n_simd_lanes;
     Batch &batch = all_batches[place_of[k] / n_simd_lanes];
     for (int l = lane; l < n_simd_lanes; ++l)
-      link_of[place_of[k] / n_simd_lanes][l] = static_cast<int>(k);
+      entry_of[place_of[k] / n_simd_lanes][l] = static_cast<int>(k);
     for (int d = 0; d < dim; ++d)
       batch.xi[d][lane] = list[k].xi[d];
   }
@@ -359,9 +359,9 @@ public:
       for (int p = 0; p < n_packs<dim>; ++p)
       {
         SimdPack pack = Vectors::spread(inverse_mass[k], p);
-        for (int l = 0; l < Vectors::interpolation; ++l)
+        for (int l = 0; l < Vectors::n_entries; ++l)
           for (int c = 0; c < dim; ++c)
-            if (interpolation.entries()[cells.entry(k, Vectors::interpolation * p + l)].blocked[c])
+            if (interpolation.entries()[cells.entry(k, Vectors::n_entries * p + l)].blocked[c])
               pack[Vectors::components * l + c] = 0.;
         of_pack.push_back(pack);
       }

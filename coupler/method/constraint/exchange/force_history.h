@@ -54,17 +54,17 @@ private:
                            MPI_Comm comm) const
   {
     constexpr int record = 1 + dim; // index, force
-    std::vector<double> mine;
+    std::vector<double> of_rank;
     for (std::size_t k = 0; k < index.size(); ++k)
       for (int l = 0; l < n_simd_lanes; ++l)
         if (cells.is_used(k, l))
         {
-          mine.push_back(index[k][l]);
-          const FloatPack &pack = force[n_packs<dim> * k + l / PackedVectors<dim>::interpolation];
+          of_rank.push_back(index[k][l]);
+          const FloatPack &pack = force[n_packs<dim> * k + l / PackedVectors<dim>::n_entries];
           for (int c = 0; c < dim; ++c)
-            mine.push_back(pack[PackedVectors<dim>::components * (l % PackedVectors<dim>::interpolation) + c]);
+            of_rank.push_back(pack[PackedVectors<dim>::components * (l % PackedVectors<dim>::n_entries) + c]);
         }
-    const std::vector<double> all = gather_all(mine, MPI_DOUBLE, comm);
+    const std::vector<double> all = gather_all(of_rank, MPI_DOUBLE, comm);
     std::vector<int> local(n_stored, -1);
     for (int i = 0; i < particles.n; ++i)
       local[particles.index[i]] = i;

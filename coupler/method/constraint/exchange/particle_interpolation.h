@@ -74,7 +74,8 @@ public:
 
   /// Value of the particle less sum_a N_a times the value of node a.
   template <typename ParticleValues>
-  static Eigen::Vector3d gap(const InterpolatedParticle &entry, const ParticleValues &particle, const Eigen::Matrix3Xd &node)
+  static Eigen::Vector3d mismatch(const InterpolatedParticle &entry, const ParticleValues &particle,
+                                  const Eigen::Matrix3Xd &node)
   {
     Eigen::Vector3d result = particle.col(entry.particle);
     for (int a = 0; a < entry.n; ++a)
@@ -83,10 +84,9 @@ public:
   }
   /// chi: displacement of the particle less that of the finite elements at its position [m]. Particles are wrapped across
   /// periodic axes, nodes are not; the shortest difference is returned.
-  Eigen::Vector3d displacement_gap(const InterpolatedParticle &entry, const dem::Particles &particles,
-                                   const Eigen::Matrix3Xd &u) const
+  Eigen::Vector3d chi(const InterpolatedParticle &entry, const dem::Particles &particles, const Eigen::Matrix3Xd &u) const
   {
-    return packing.shortest(gap(entry, particles.position, u) - Eigen::Map<const Eigen::Vector3d>(entry.origin.data()));
+    return packing.shortest(mismatch(entry, particles.position, u) - Eigen::Map<const Eigen::Vector3d>(entry.origin.data()));
   }
   /// Adds N_a times @p value to each node a.
   static void spread(const InterpolatedParticle &entry, const Eigen::Vector3d &value, Eigen::Matrix3Xd &node)

@@ -19,7 +19,7 @@ namespace kerf
 {
 constexpr int n_simd_lanes = 4;
 typedef double SimdLanes __attribute__((vector_size(n_simd_lanes * sizeof(double))));
-typedef double LinkPair __attribute__((vector_size(2 * sizeof(double))));
+typedef double SimdPair __attribute__((vector_size(2 * sizeof(double))));
 typedef double SimdPack __attribute__((vector_size(8 * sizeof(double))));
 
 typedef float FloatPack __attribute__((vector_size(8 * sizeof(float))));
@@ -68,8 +68,8 @@ struct PackedVectors;
 template <>
 struct PackedVectors<2>
 {
-  using One = LinkPair; ///< x y
-  static constexpr int components = 2, interpolation = 4;
+  using One = SimdPair; ///< x y
+  static constexpr int components = 2, n_entries = 4;
 
   [[gnu::always_inline]] static One load_one(const double *v) { return *reinterpret_cast<const AnyPair *>(v); }
   [[gnu::always_inline]] static void store_one(double *v, const One &one) { *reinterpret_cast<AnyPair *>(v) = one; }
@@ -128,14 +128,14 @@ struct PackedVectors<2>
   };
 
 private:
-  typedef LinkPair AnyPair __attribute__((aligned(alignof(double)))); // without alignment to pairs
+  typedef SimdPair AnyPair __attribute__((aligned(alignof(double)))); // without alignment to pairs
 };
 
 template <>
 struct PackedVectors<3>
 {
   using One = SimdLanes; ///< x y z and an unused lane
-  static constexpr int components = 4, interpolation = 2;
+  static constexpr int components = 4, n_entries = 2;
 
   [[gnu::always_inline]] static One load_one(const double *v)
   {
@@ -209,7 +209,7 @@ constexpr int lane_of(int slot)
 template <int dim>
 [[gnu::always_inline]] inline std::array<SimdPack, dim> load_octet(const double *v, const std::ptrdiff_t *begin)
 {
-  const auto pack = [&](int p) { return PackedVectors<dim>::load(v, begin + PackedVectors<dim>::interpolation * p); };
+  const auto pack = [&](int p) { return PackedVectors<dim>::load(v, begin + PackedVectors<dim>::n_entries * p); };
   if constexpr (dim == 2)
   {
     const SimdPack a = pack(0), b = pack(1);
@@ -236,7 +236,7 @@ template <int dim>
   using Vectors = PackedVectors<dim>;
   const auto add = [&](int p, const SimdPack &pack)
   {
-    const std::ptrdiff_t *at = begin + Vectors::interpolation * p;
+    const std::ptrdiff_t *at = begin + Vectors::n_entries * p;
     Vectors::store(v, at, Vectors::load(v, at) + pack);
   };
   if constexpr (dim == 2)
@@ -270,7 +270,7 @@ template <int dim>
 
 /// Number of packs in a batch.
 template <int dim>
-constexpr int n_packs = n_simd_lanes / PackedVectors<dim>::interpolation;
+constexpr int n_packs = n_simd_lanes / PackedVectors<dim>::n_entries;
 
 /// Prefetches @p n elements that are needed @p distance times n after @p begin.
 template <typename Element>
