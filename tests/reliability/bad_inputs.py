@@ -114,11 +114,40 @@ with tempfile.TemporaryDirectory() as work:
         passed, failed = passed + right, failed + (not right)
         print(("ok      " if right else "FAILED  ") + f"overlap of {width} d, warning {warned}")
 
+    # Files that kerf did not write are never replaced, the case itself least of all.
     held = os.path.join(work, "held")
     os.makedirs(held)
     with open(os.path.join(held, "history.csv"), "w") as file:
         file.write("precious\n")
-    expect("results_of_another_run", ["run", good, "--output", held], held, "--overwrite", cwd=work)
+    with open(os.path.join(good, "case.prm")) as file:
+        written = file.read()
+    for option in ([], ["--overwrite"]):
+        for command in (["run", good], ["export", good], ["study", "stability", good]):
+            name = command[0] + "_" + "".join(option).strip("-")
+            expect(f"files_of_a_person_{name}", command + ["--output", held] + option, held, ".kerf_results", cwd=work)
+            expect(f"case_as_results_{name}", command + ["--output", good] + option, "holds the case itself", cwd=work)
+            expect(f"case_in_results_{name}", command + ["--output", work] + option, "holds the case itself", cwd=work)
+    kept = open(os.path.join(held, "history.csv")).read() == "precious\n" and open(os.path.join(good, "case.prm")).read() == written
+    print(("ok      " if kept else "FAILED  ") + "nothing of a person was changed")
+
+    # Results are replaced when told; as a case they are not their own results.
+    results = os.path.join(work, "results_of_a_run")
+    run = ["run", good, "--set", "Time/End time=1e-7", "--output", results]
+    first, refused = kerf_runner.run(KERF, run, cwd=work), kerf_runner.run(KERF, run, cwd=work)
+    again = kerf_runner.run(KERF, run + ["--overwrite"], cwd=work)
+    as_case = kerf_runner.run(KERF, ["run", results, "--output", results, "--overwrite"], cwd=work)
+    with open(os.path.join(results, "case.prm")) as file:
+        echoed = "End time" in file.read()
+    codes = [one.returncode for one in (first, refused, again, as_case)]
+    replaced = codes == [0, 2, 0, 2] and "--overwrite" in refused.stderr and echoed
+    print(("ok      " if replaced else "FAILED  ") + f"results are replaced when told, exit codes {codes}")
+    passed, failed = passed + kept + replaced, failed + (not kept) + (not replaced)
+
+    # Old names of keys and values are read with a notice.
+    old = kerf_runner.run(KERF, ["check", good, "--set", "Coupling/Method=multipliers", "--set", "Packing/Rows along=x"], cwd=work)
+    noticed = old.returncode == 0 and "weak_multipliers now" in old.stdout and "Packing/Lattice rows now" in old.stdout
+    print(("ok      " if noticed else "FAILED  ") + "old names are read with a notice")
+    passed, failed = passed + noticed, failed + (not noticed)
 
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)

@@ -24,7 +24,8 @@ readonly test_packages='
 libgtest-dev         tests
 liggghts             comparison with the stock program
 git                  checks of the source tree
-clang-format         check of the code style'
+clang-format         check of the code style
+python3-vtk9         files for ParaView, opened with VTK's readers'
 readonly ci_packages='
 clang                build with a second compiler
 codespell            check of the spelling

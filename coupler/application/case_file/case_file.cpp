@@ -364,6 +364,9 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   dealii::ParameterHandler handler;
   Case result;
   result.notices = read_handler(handler, directory, overrides);
+  std::ostringstream echo;
+  handler.print_parameters(echo, dealii::ParameterHandler::Text);
+  result.used_parameters = echo.str();
   const Reader reader(handler, directory + "/case.prm");
   result.directory = directory;
   result.name = std::filesystem::weakly_canonical(directory).filename().string();
@@ -515,13 +518,6 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.history_interval = reader.integer("Output", "History interval");
   result.n_snapshots = reader.integer("Output", "Snapshots");
   return result;
-}
-
-void write_used_parameters(const std::string &directory, const std::vector<Override> &overrides, std::ostream &out)
-{
-  dealii::ParameterHandler handler;
-  read_handler(handler, directory, overrides);
-  handler.print_parameters(out, dealii::ParameterHandler::Text);
 }
 
 void write_parameter_reference(std::ostream &out)

@@ -18,6 +18,7 @@ struct Case : ModelSettings
 {
   std::string directory;            ///< directory of case.prm; relative paths start here
   std::vector<std::string> notices; ///< one line for each old name in the case file
+  std::string used_parameters;      ///< all parameters with the values used, as a case file that can be run again
   std::string name;
   Mode mode = Mode::adaptive; ///< the command line can override it
 
@@ -54,9 +55,6 @@ using Override = std::string;
 /// Reads DIRECTORY/case.prm. Unknown keys are errors. Throws InputError with file, section/key, the error and the allowed
 /// values.
 Case read_case(const std::string &directory, const std::vector<Override> &overrides);
-
-/// Writes all parameters of the case with the values used, as a case file that can be run again.
-void write_used_parameters(const std::string &directory, const std::vector<Override> &overrides, std::ostream &out);
 
 /// Writes the reference of all parameters with unit, default, allowed values and meaning, in Markdown.
 void write_parameter_reference(std::ostream &out);

@@ -46,7 +46,7 @@ public:
   {
     // All input errors are found before the results directory is changed.
     const Case settings = read_case(options.case_directory, options.overrides);
-    check_results_directory(directory, options.overwrite);
+    check_results_directory(directory, options.case_directory, options.overwrite);
     mode = options.mode.value_or(settings.mode);
     problem = set_up_problem(settings, mode, console, comm);
     open_results();
@@ -89,14 +89,13 @@ public:
 private:
   void open_results()
   {
-    prepare_results_directory(directory, options.overwrite, comm);
+    prepare_results_directory(directory, options.case_directory, options.overwrite, comm);
     console.log_to(rank == 0 ? directory + "/log.txt" : "");
     if (rank == 0)
     {
       history = std::make_unique<History>(directory);
       activations = std::make_unique<ConversionLog>(directory, problem->settings.dim() == 2);
-      std::ofstream echo(directory + "/case.prm");
-      write_used_parameters(options.case_directory, options.overrides, echo);
+      std::ofstream(directory + "/case.prm") << problem->settings.used_parameters;
     }
     int n_ranks = 1;
     MPI_Comm_size(comm, &n_ranks);

@@ -153,12 +153,12 @@ public:
     Console console(rank == 0);
     const std::string directory = options.results_directory();
     Case settings = read_case(options.case_directory, overrides_of({}));
-    check_results_directory(directory, options.overwrite);
+    check_results_directory(directory, options.case_directory, options.overwrite);
     if (settings.mode == Mode::fem || settings.mode == Mode::dem)
       settings.mode = Mode::fixed;
     const auto base = set_up_problem(settings, Mode::fixed, console, comm);
     bond = base->settings.bond;
-    prepare_results_directory(directory, options.overwrite, comm);
+    prepare_results_directory(directory, options.case_directory, options.overwrite, comm);
 
     std::ofstream table;
     if (rank == 0)

@@ -2,6 +2,7 @@
 #include "coupler/application/output/field_output.h"
 
 #include "coupler/base/errors.h"
+#include "coupler/base/mesh_geometry.h"
 
 #include <deal.II/base/data_out_base.h>
 
@@ -25,12 +26,19 @@ class Cloud : public dealii::DataOutInterface<dim, 3>
 public:
   using Patch = dealii::DataOutBase::Patch<dim, 3>;
 
-  explicit Cloud(std::vector<std::string> names) : names(std::move(names)) {}
+  /// @param names of the data; three of the same name in a row are a vector
+  explicit Cloud(std::vector<std::string> names) : names(std::move(names))
+  {
+    for (unsigned int n = 0; n + 2 < this->names.size(); ++n)
+      if (this->names[n] == this->names[n + 1] && this->names[n] == this->names[n + 2])
+        vectors.push_back({n, n + 2, this->names[n], dealii::DataComponentInterpretation::component_is_part_of_vector});
+  }
 
   /// @param values one column for each end point, one row for each name
   void add(const Eigen::Matrix<double, 3, dim + 1> &ends, const Eigen::MatrixXd &values)
   {
     Patch patch;
+    set_shape(patch);
     for (int v = 0; v <= dim; ++v)
       for (int c = 0; c < 3; ++c)
         patch.vertices[v][c] = ends(c, v);
@@ -45,6 +53,11 @@ public:
   void write(const std::string &path)
   {
     std::ofstream file(path);
+    if (patches.empty())
+    {
+      write_empty(file);
+      return;
+    }
     dealii::DataOutBase::VtkFlags flags;
     flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default is many times slower
     this->set_flags(flags);
@@ -54,9 +67,43 @@ public:
 private:
   const std::vector<Patch> &get_patches() const override { return patches; }
   std::vector<std::string> get_dataset_names() const override { return names; }
-  std::vector<Range> get_nonscalar_data_ranges() const override { return {}; }
+  std::vector<Range> get_nonscalar_data_ranges() const override { return vectors; }
+
+  /// A patch has no shape by default, and then its file no cells. Points have theirs.
+  static void set_shape(dealii::DataOutBase::Patch<0, 3> &) {}
+  static void set_shape(dealii::DataOutBase::Patch<1, 3> &patch) { patch.reference_cell = dealii::ReferenceCells::Line; }
+
+  /// deal.II leaves out the points and arrays of an empty file, which readers then refuse.
+  void write_empty(std::ostream &file) const
+  {
+    const auto array = [&](const std::string &type, const std::string &name, int components)
+    {
+      file << "        <DataArray type=\"" << type << "\" Name=\"" << name << "\" NumberOfComponents=\"" << components
+           << "\" format=\"ascii\"></DataArray>\n";
+    };
+    file << "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\">\n  <UnstructuredGrid>\n"
+            "    <Piece NumberOfPoints=\"0\" NumberOfCells=\"0\">\n      <Points>\n";
+    array("Float64", "Points", 3);
+    file << "      </Points>\n      <Cells>\n";
+    array("Int32", "connectivity", 1);
+    array("Int32", "offsets", 1);
+    array("UInt8", "types", 1);
+    file << "      </Cells>\n      <PointData>\n";
+    std::size_t scalars_from = 0;
+    for (const auto &[first, last, name, kind] : vectors)
+    {
+      for (; scalars_from < first; ++scalars_from)
+        array("Float64", names[scalars_from], 1);
+      array("Float64", name, 3);
+      scalars_from = last + 1;
+    }
+    for (; scalars_from < names.size(); ++scalars_from)
+      array("Float64", names[scalars_from], 1);
+    file << "      </PointData>\n    </Piece>\n  </UnstructuredGrid>\n</VTKFile>\n";
+  }
 
   std::vector<std::string> names;
+  std::vector<Range> vectors;
   std::vector<Patch> patches;
 };
 
@@ -154,7 +201,11 @@ void FieldOutput::write(CoupledModel &model)
     alpha[owned[k]] = weights.segment(k * n_points, n_points).mean();
   MPI_Allreduce(MPI_IN_PLACE, alpha.data(), static_cast<int>(alpha.size()), MPI_DOUBLE, MPI_SUM, comm);
 
-  model.fem().write_vtu(directory + "/fields/fem_" + stamp + ".vtu", {{"stress_measure", measure}});
+  const std::string fem_file = directory + "/fields/fem_" + stamp + ".vtu";
+  if (model.fem().n_active_cells() > 0)
+    model.fem().write_vtu(fem_file, {{"stress_measure", measure}});
+  else if (first_rank)
+    Cloud<0>({"displacement", "displacement", "displacement", "velocity", "velocity", "velocity"}).write(fem_file);
   const Eigen::Matrix3Xd displacement = model.fem().gather(fem::NodalField::displacement);
   const ParticleFields fields = gather_particles(model, comm);
   if (!first_rank)
@@ -163,16 +214,18 @@ void FieldOutput::write(CoupledModel &model)
   write_bonds(fields, stamp);
   if (model.tool().disc())
     write_disc(*model.tool().disc(), stamp);
+  else if (model.tool().present())
+    write_platens(model.tool().platens(), mesh_box(model.fem().mesh()), stamp);
   write_snapshot(model, stamp, fields, displacement, alpha, measure);
   for (const char *name : {"fem", "particles", "bonds"})
     write_pvd(name);
-  if (model.tool().disc())
+  if (model.tool().present())
     write_pvd("tool");
 }
 
 void FieldOutput::write_particles(const ParticleFields &fields, const std::string &stamp) const
 {
-  Cloud<0> cloud({"radius", "damage", "weight", "velocity_x", "velocity_y", "velocity_z", "index"});
+  Cloud<0> cloud({"radius", "damage", "weight", "velocity", "velocity", "velocity", "index"});
   Eigen::MatrixXd values(7, 1);
   for (Eigen::Index i = 0; i < fields.radius.size(); ++i)
   {
@@ -233,6 +286,28 @@ void FieldOutput::write_disc(const Disc &disc, const std::string &stamp) const
     }
   ends << disc.centre, rim(disc.angle, disc.radius, 0.); // a radius shows the rotation
   cloud.add(ends, radius);
+  cloud.write(directory + "/fields/tool_" + stamp + ".vtu");
+}
+
+/// The faces of a press, a tenth wider than the body on each side: a line in the plane, the rim of a square in space.
+void FieldOutput::write_platens(const std::array<double, 2> &faces, const Box &body, const std::string &stamp) const
+{
+  Cloud<1> cloud({"velocity_direction"});
+  const Eigen::Vector3d margin = 0.1 * (body.upper - body.lower);
+  const Eigen::Vector3d lower = body.lower - margin, upper = body.upper + margin;
+  for (int platen = 0; platen < 2; ++platen)
+  {
+    const double y = faces[platen];
+    const Eigen::Vector3d corner[4] = {
+      {lower[0], y, lower[2]}, {upper[0], y, lower[2]}, {upper[0], y, upper[2]}, {lower[0], y, upper[2]}};
+    const Eigen::MatrixXd direction = Eigen::MatrixXd::Constant(1, 2, platen == 0 ? 1. : -1.);
+    Eigen::Matrix<double, 3, 2> ends;
+    for (int k = 0; k < (margin[2] > 0. ? 4 : 1); ++k)
+    {
+      ends << corner[k], corner[(k + 1) % 4];
+      cloud.add(ends, direction);
+    }
+  }
   cloud.write(directory + "/fields/tool_" + stamp + ".vtu");
 }
 

@@ -3,6 +3,7 @@
 
 #include "coupler/method/coupled_model.h"
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +38,7 @@ private:
   void write_particles(const ParticleFields &fields, const std::string &stamp) const;
   void write_bonds(const ParticleFields &fields, const std::string &stamp) const;
   void write_disc(const Disc &disc, const std::string &stamp) const;
+  void write_platens(const std::array<double, 2> &faces, const Box &body, const std::string &stamp) const;
   void write_pvd(const std::string &name) const;
   void write_mesh(const fem::Mesh &mesh) const;
   void write_snapshot(CoupledModel &model, const std::string &stamp, const ParticleFields &fields,

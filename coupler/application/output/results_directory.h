@@ -6,10 +6,11 @@
 
 namespace kerf
 {
-/// Prepares @p directory for a run on the first rank. Throws InputError when it is not empty and @p overwrite is false. With @p
-/// overwrite only files that kerf wrote are removed. Collective.
-void prepare_results_directory(const std::string &directory, bool overwrite, MPI_Comm comm);
+/// Makes @p directory ready for results, on the first rank: removes the results in it and leaves the mark of results. Throws
+/// the errors of check_results_directory(). Collective.
+void prepare_results_directory(const std::string &directory, const std::string &case_directory, bool overwrite, MPI_Comm comm);
 
-/// Throws the errors of prepare_results_directory() without changing any file.
-void check_results_directory(const std::string &directory, bool overwrite);
+/// Throws InputError when results may not be written to @p directory. Changes no file. It may not be the case or hold it. It
+/// must be new or empty, or hold results that kerf marked as its own, and then only with @p overwrite.
+void check_results_directory(const std::string &directory, const std::string &case_directory, bool overwrite);
 } // namespace kerf

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/stand_alone/export_case.h"
 
+#include "coupler/application/output/results_directory.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
 
@@ -262,8 +263,7 @@ int export_case(const RunOptions &options, MPI_Comm comm)
   const Case settings = read_case(options.case_directory, options.overrides);
   const std::string directory = options.output.empty() ? "results/" + settings.name + "_liggghts" : options.output;
   const std::string script = directory + "/" + script_name;
-  if (std::filesystem::exists(script) && !options.overwrite)
-    throw InputError(script + " exists, name another --output or give --overwrite");
+  check_results_directory(directory, options.case_directory, options.overwrite);
 
   const auto given_force = [](const fem::BoundaryCondition &condition)
   { return condition.kind == fem::BoundaryKind::traction || condition.kind == fem::BoundaryKind::in_situ; };
@@ -273,14 +273,10 @@ int export_case(const RunOptions &options, MPI_Comm comm)
 
   const std::unique_ptr<Problem> made = set_up_problem(settings, Mode::dem, console, comm);
   const Problem &scene = *made;
+  prepare_results_directory(directory, options.case_directory, options.overwrite, comm);
   if (rank != 0)
     return 0;
-  std::error_code problem;
-  std::filesystem::create_directories(directory, problem);
-  if (problem)
-    throw InputError(directory + " cannot be made: " + problem.message());
-  std::ofstream echo(directory + "/case.prm");
-  write_used_parameters(options.case_directory, options.overrides, echo);
+  std::ofstream(directory + "/case.prm") << settings.used_parameters;
   const ParticleBoundary boundary(scene.fem->mesh(), settings.body.material, settings.body.boundary_conditions, scene.packing);
   const Tool tool(scene.settings.tool, scene.packing.dim, scene.settings.bond.k_n, scene.packing.mean_diameter,
                   settings.body.material.density, comm);

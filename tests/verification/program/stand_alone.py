@@ -220,7 +220,7 @@ def test_export():
     """The small cut with all kinds of boundaries: 1000 steps by kerf run --mode dem and by the script."""
     options = ["--set", "Time/Time step=1e-7", "--set", "Time/End time=1e-4", "--set", "Output/Snapshots=1", "--set",
                "Boundary/Conditions=left: absorbing; right: roller; bottom: velocity 0.3 0.6 ramp 2e-5"]
-    output = os.path.join(work, "run")
+    output = os.path.join(os.path.dirname(work), "run")
     result = kerf_runner.run(KERF, ["run", case, "--mode", "dem", "--output", output, *options])
     assert result.returncode == 0, result.stderr
     result = kerf_runner.run(KERF, ["export", case, "--output", work, *options])
