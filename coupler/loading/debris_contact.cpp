@@ -111,12 +111,6 @@ std::vector<DebrisContact::Fragment> DebrisContact::gather(const dem::Particles 
   return all;
 }
 
-Vector3i DebrisContact::bin_of(const Vector3d &position) const
-{
-  const Eigen::Array3d bin = ((position - origin).array() / bin_size).floor();
-  return bin.cwiseMax(0.).cwiseMin((n_bins.array() - 1).cast<double>()).cast<int>();
-}
-
 void DebrisContact::find_points(const std::vector<Fragment> &all, const fem::SurfaceContact &surface, double reach)
 {
   Vector3d lower = Vector3d::Constant(1e300), upper = Vector3d::Constant(-1e300);
@@ -130,45 +124,39 @@ void DebrisContact::find_points(const std::vector<Fragment> &all, const fem::Sur
   surface.surface_points(lower, upper, {}, points);
 
   const int n = static_cast<int>(points.area.size());
-  bin_start.assign(1, 0);
-  n_bins.setZero();
+  sorted = dem::CellSort();
   if (n == 0)
     return;
-  origin = points.position.rowwise().minCoeff();
-  const Vector3d extent = points.position.rowwise().maxCoeff() - origin;
-  bin_size = std::max(2. * reach, extent.maxCoeff() / most_bins);
-  n_bins = (extent / bin_size).array().cast<int>() + 1;
-  const auto flat = [&](const Vector3i &bin) { return (bin[2] * n_bins[1] + bin[1]) * n_bins[0] + bin[0]; };
-  bin_start.assign(n_bins.prod() + 1, 0);
-  std::vector<int> bin(n);
+  bins.lower = points.position.rowwise().minCoeff();
+  const Vector3d extent = points.position.rowwise().maxCoeff() - bins.lower;
+  bins.cell_size = std::max(2. * reach, extent.maxCoeff() / most_bins);
+  for (int c = 0; c < 3; ++c)
+    bins.n_cells[c] = static_cast<int>(extent[c] / bins.cell_size) + 1;
+  std::vector<int> bin_of(n);
   for (int q = 0; q < n; ++q)
-    ++bin_start[(bin[q] = flat(bin_of(points.position.col(q)))) + 1];
-  for (std::size_t b = 1; b < bin_start.size(); ++b)
-    bin_start[b] += bin_start[b - 1];
-  bin_points.resize(n);
-  std::vector<int> next(bin_start.begin(), bin_start.end() - 1);
-  for (int q = 0; q < n; ++q)
-    bin_points[next[bin[q]]++] = q;
+    bin_of[q] = bins.index(bins.cell_at(Vector3d(points.position.col(q))));
+  sorted = dem::CellSort(bin_of, bins.size());
 }
 
 /// Calls visit(q) for all surface points within the reach of a position, and for some others.
 template <typename Visit>
 void DebrisContact::for_each_point_near(const Vector3d &position, double reach, const Visit &visit) const
 {
-  if (n_bins.isZero())
+  if (sorted.order.empty())
     return;
   const Vector3d half = Vector3d::Constant(reach);
-  if (((position + half - origin).array() < 0.).any() ||
-      ((position - half - origin).array() > n_bins.array().cast<double>() * bin_size).any())
+  const Eigen::Array3d n_bins(bins.n_cells[0], bins.n_cells[1], bins.n_cells[2]);
+  if (((position + half - bins.lower).array() < 0.).any() ||
+      ((position - half - bins.lower).array() > n_bins * bins.cell_size).any())
     return;
-  const Vector3i first = bin_of(position - half), last = bin_of(position + half);
+  const std::array<int, 3> first = bins.cell_at(Vector3d(position - half)), last = bins.cell_at(Vector3d(position + half));
   for (int z = first[2]; z <= last[2]; ++z)
     for (int y = first[1]; y <= last[1]; ++y)
       for (int x = first[0]; x <= last[0]; ++x)
       {
-        const int bin = (z * n_bins[1] + y) * n_bins[0] + x;
-        for (int k = bin_start[bin]; k < bin_start[bin + 1]; ++k)
-          visit(bin_points[k]);
+        const int bin = bins.index(x, y, z);
+        for (int k = sorted.first[bin]; k < sorted.first[bin + 1]; ++k)
+          visit(sorted.order[k]);
       }
 }
 

@@ -5,6 +5,7 @@
 #include "coupler/energy/particle_work.h"
 #include "coupler/loading/contact_law.h"
 #include "dem_side/dem_side.h"
+#include "dem_side/geometry/grid.h"
 #include "dem_side/packing/stored_bonds.h"
 #include "fem_side/fem_side.h"
 
@@ -62,7 +63,6 @@ private:
   void find_points(const std::vector<Fragment> &all, const fem::SurfaceContact &surface, double reach);
   template <typename Visit>
   void for_each_point_near(const Eigen::Vector3d &position, double reach, const Visit &visit) const;
-  Eigen::Vector3i bin_of(const Eigen::Vector3d &position) const;
 
   const dem::Packing &packing;
   double dt;
@@ -90,9 +90,7 @@ private:
 
   fem::SurfacePoints points;
   Eigen::Matrix3Xd point_force;
-  Eigen::Vector3d origin;
-  double bin_size = 1.;
-  Eigen::Vector3i n_bins;
-  std::vector<int> bin_start, bin_points;
+  dem::Grid bins; // of the surface points
+  dem::CellSort sorted;
 };
 } // namespace kerf

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/conversion_audit.h"
 
+#include "dem_side/bond/bond_kinematics.h"
+
 #include <Eigen/Geometry>
 #include <cmath>
 
@@ -10,13 +12,12 @@ ConservedQuantities conserved_quantities(const fem::FemSide &fem, dem::DemSide &
                                          MPI_Comm comm)
 {
   using Eigen::Vector3d;
-  const bool flat = fem.mesh().dim == 2;
   const dem::Particles particles = dem.particles();
   Eigen::Matrix<double, 7, 1> sums = Eigen::Matrix<double, 7, 1>::Zero(); // mass, momentum, angular momentum
   for (int i = 0; i < particles.n; ++i)
   {
     const Vector3d momentum = particles.mass[i] * particles.velocity.col(i), x = particles.position.col(i);
-    const double inertia = (flat ? 0.5 : 0.4) * particles.mass[i] * particles.radius[i] * particles.radius[i];
+    const double inertia = dem::inertia_factor(fem.mesh().dim) * particles.mass[i] * particles.radius[i] * particles.radius[i];
     sums[0] += particles.mass[i];
     sums.segment<3>(1) += momentum;
     sums.tail<3>() += x.cross(momentum) + inertia * particles.angular_velocity.col(i);

@@ -72,7 +72,7 @@ ROOMS = {
 PUBLIC_HEADERS = {
     "fem_side": {"fem_side/fem_side.h"},
     "dem_side": {"dem_side/" + name + ".h" for name in (
-        "dem_side", "particle_types", "dem_settings", "errors", "bond/bond_parameters", "bond_network/bond_network",
+        "dem_side", "particle_types", "dem_settings", "errors", "bond/bond_kinematics", "bond/bond_parameters", "bond_network/bond_network",
         "bond_network/moduli", "bond_network/network_operator", "geometry/closed_surface", "geometry/grid", "packing/hdf5_file",
         "packing/packing", "packing/stored_bonds", "script/script_force", "script/stand_alone")},
 }

@@ -37,8 +37,8 @@ def run(kerf, case, mode, ranks, overrides, stores, output):
     if not copy.exists():
         shutil.copytree(case, copy)
     changes = [word for override in overrides for word in ("--set", override)]
-    result = kerf_runner.run(kerf, ["run", copy, "--mode", mode, "--output", output, "--overwrite", *changes], ranks,
-                             cwd=stores, timeout=3600)
+    shutil.rmtree(output, ignore_errors=True)
+    result = kerf_runner.run(kerf, ["run", copy, "--mode", mode, "--output", output, *changes], ranks, cwd=stores, timeout=3600)
     if result.returncode != 0:
         sys.exit(f"{kerf} {case.name} {mode} {ranks}: exit code {result.returncode}\n{result.stderr}")
 

@@ -5,6 +5,7 @@
 #include "coupler/application/output/specimen_gauge.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
+#include "coupler/base/mpi_helpers.h"
 
 #include <cmath>
 #include <filesystem>
@@ -48,7 +49,7 @@ class Press
 public:
   Press(const Case &rock, MPI_Comm comm) : rock(rock), comm(comm)
   {
-    MPI_Comm_rank(comm, &rank);
+    rank = rank_of(comm);
     MPI_Comm_size(comm, &n_ranks);
   }
 
@@ -270,8 +271,7 @@ std::string report(const Case &rock, const Attempt &found)
 
 int calibrate_case(const RunOptions &options, MPI_Comm comm)
 {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
+  const int rank = rank_of(comm);
   Console console(rank == 0);
   const Case settings = read_case(options.case_directory, options.overrides);
   const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);

@@ -4,6 +4,7 @@
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/mesh_geometry.h"
 
+#include "coupler/base/mpi_helpers.h"
 #include <cmath>
 #include <iomanip>
 #include <sstream>
@@ -70,8 +71,8 @@ double seconds_of_fem_step(fem::FemSide &fem, double dt)
 
 int check_case(const RunOptions &options, MPI_Comm comm)
 {
-  int rank = 0, n_ranks = 1;
-  MPI_Comm_rank(comm, &rank);
+  const int rank = rank_of(comm);
+  int n_ranks = 1;
   MPI_Comm_size(comm, &n_ranks);
   Console console(rank == 0);
   const Case settings = read_case(options.case_directory, options.overrides);
@@ -105,8 +106,7 @@ int check_case(const RunOptions &options, MPI_Comm comm)
 
 int pack_case(const RunOptions &options, MPI_Comm comm)
 {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
+  const int rank = rank_of(comm);
   Console console(rank == 0);
   const Case settings = read_case(options.case_directory, options.overrides);
   const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);

@@ -3,6 +3,7 @@
 #include "coupler/application/output/results_directory.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
+#include "coupler/base/mpi_helpers.h"
 #include "coupler/base/noise.h"
 
 #include <algorithm>
@@ -146,7 +147,7 @@ struct Outcome
 class StabilityStudy
 {
 public:
-  StabilityStudy(const RunOptions &options, MPI_Comm comm) : options(options), comm(comm) { MPI_Comm_rank(comm, &rank); }
+  StabilityStudy(const RunOptions &options, MPI_Comm comm) : options(options), comm(comm) { rank = rank_of(comm); }
 
   int execute()
   {

@@ -3,6 +3,7 @@
 
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
+#include "coupler/base/mpi_helpers.h"
 
 #include <deal.II/base/data_out_base.h>
 
@@ -111,8 +112,8 @@ private:
 template <typename Record>
 std::vector<Record> gather_records(const std::vector<Record> &local, MPI_Comm comm)
 {
-  int rank = 0, n_ranks = 1;
-  MPI_Comm_rank(comm, &rank);
+  const int rank = rank_of(comm);
+  int n_ranks = 1;
   MPI_Comm_size(comm, &n_ranks);
   const int bytes = static_cast<int>(local.size() * sizeof(Record));
   std::vector<int> counts(n_ranks), offsets(n_ranks, 0);
@@ -173,8 +174,7 @@ ParticleFields gather_particles(CoupledModel &model, MPI_Comm comm)
 
 FieldOutput::FieldOutput(const std::string &directory, CoupledModel &model, MPI_Comm comm) : directory(directory), comm(comm)
 {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
+  const int rank = rank_of(comm);
   first_rank = rank == 0;
   if (first_rank)
   {

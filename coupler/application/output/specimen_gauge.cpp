@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/output/specimen_gauge.h"
 
+#include "coupler/base/mpi_helpers.h"
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -17,7 +18,7 @@ bool is_brazilian(const ModelSettings &settings)
 }
 
 SpecimenGauge::SpecimenGauge(const ModelSettings &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
-  : dim(settings.body.dim), packing(packing), comm(comm), body{mesh.nodes.rowwise().minCoeff(), mesh.nodes.rowwise().maxCoeff()}
+  : dim(settings.body.dim), packing(packing), comm(comm), body(mesh_box(mesh))
 {
   const Vector3d extent = body.upper - body.lower;
   const double thickness = dim == 3 ? extent[2] : 1.;
@@ -105,8 +106,7 @@ SpecimenState SpecimenGauge::read(CoupledModel &model, double force) const
   {
     const Eigen::Matrix3Xd displacement = model.fem().gather(fem::NodalField::displacement);
     const Eigen::Matrix3Xd mass = model.fem().gather(fem::NodalField::mass);
-    int rank = 0;
-    MPI_Comm_rank(comm, &rank);
+    const int rank = rank_of(comm);
     if (rank == 0) // gathered fields contain all nodes
       for (int n = 0; n < model.fem().mesh().n_nodes(); ++n)
         add(model.fem().mesh().nodes.col(n), displacement.col(n), mass(0, n));

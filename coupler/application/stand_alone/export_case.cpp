@@ -4,6 +4,7 @@
 #include "coupler/application/output/results_directory.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
+#include "coupler/base/mpi_helpers.h"
 
 #include <algorithm>
 #include <charconv>
@@ -257,8 +258,7 @@ void write_script(const ScriptContents &contents, const std::string &directory)
 
 int export_case(const RunOptions &options, MPI_Comm comm)
 {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
+  const int rank = rank_of(comm);
   Console console(rank == 0);
   const Case settings = read_case(options.case_directory, options.overrides);
   const std::string directory = options.output.empty() ? "results/" + settings.name + "_liggghts" : options.output;

@@ -26,8 +26,7 @@ public:
     for (std::size_t k = 0; k < indices.size(); ++k)
       points.col(k) = packing.positions.col(indices[k]);
     found = fem.locate(points);
-    int rank = 0;
-    MPI_Comm_rank(comm, &rank);
+    const int rank = rank_of(comm);
     for (std::size_t k = 0; k < indices.size(); ++k)
     {
       if (found[k].cell < 0)

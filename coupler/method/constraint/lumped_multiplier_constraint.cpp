@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/constraint/lumped_multiplier_constraint.h"
 
+#include "coupler/method/constraint/exchange/begin_exchange.h"
 namespace kerf
 {
 LumpedMultiplierConstraint::LumpedMultiplierConstraint(const Settings &settings, const dem::Packing &packing)
@@ -51,25 +52,13 @@ void LumpedMultiplierConstraint::renew(Ties<dim> &ties, const dem::Particles &pa
 template <int dim>
 void LumpedMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
-  const bool stepping = phase == dem::Phase::step;
-  const double dt = settings.time_step;
-  if (stepping)
-    fem.read_window(fem::NodalField::velocity, velocity); // before update() changes the nodal window
-  work.begin(phase, particles, velocity);
-  const InterpolationChange change = interpolation.update(particles, fem);
-  work.add_energy(ties.loads.follow(phase, change, interpolation, ties.cells, particles, dt, packing.size(), settings.comm));
-  if (change == InterpolationChange::renewed)
-    renew(ties, particles, fem);
-  if (change == InterpolationChange::renewed || !stepping)
-    fem.read_window(fem::NodalField::velocity, velocity);
-  fem.read_window(fem::NodalField::displacement, displacement);
-  fem.read_window(fem::NodalField::force, force);
-  // In a step the velocity is v^{n-1/2} and the forces advance it to v^{n+1/2}. After a setup they advance it by half a step.
-  const double tau = stepping ? dt : 0.5 * dt;
+  const double dt = settings.time_step,
+               tau = begin_exchange<dim>(phase, particles, fem, packing, dt, interpolation, ties.cells, ties.loads, work,
+                                         {displacement, velocity, force}, settings.comm, [&] { renew(ties, particles, fem); });
   ahead = velocity + tau * inverse_node_mass.cwiseProduct(force);
   const double power =
     packing.periodic.isZero(0.) ? pull<dim, false>(ties, tau, particles) : pull<dim, true>(ties, tau, particles);
-  if (stepping)
+  if (phase == dem::Phase::step)
     work.add_energy(0.5 * dt * power);
   fem.add_window_forces(node_force);
   work.end(node_force, velocity);

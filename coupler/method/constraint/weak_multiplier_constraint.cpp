@@ -2,6 +2,7 @@
 #include "coupler/method/constraint/weak_multiplier_constraint.h"
 
 #include "coupler/base/mpi_helpers.h"
+#include "coupler/method/constraint/exchange/begin_exchange.h"
 
 #include <algorithm>
 #include <cmath>
@@ -128,7 +129,7 @@ WeakMultiplierConstraint::WeakMultiplierConstraint(const Settings &settings, con
   : settings(settings), packing(packing), interpolation(packing, WindowNodes::all, settings.comm),
     work(settings.time_step, settings.comm)
 {
-  MPI_Comm_rank(settings.comm, &rank);
+  rank = rank_of(settings.comm);
 }
 
 void WeakMultiplierConstraint::set_time_step(double dt)
@@ -247,28 +248,16 @@ void WeakMultiplierConstraint::apply(dem::Phase phase, dem::Particles &particles
 template <int dim>
 void WeakMultiplierConstraint::apply(Ties<dim> &ties, dem::Phase phase, dem::Particles &particles, fem::FemSide &fem)
 {
-  const bool stepping = phase == dem::Phase::step;
-  if (stepping)
-    fem.read_window(fem::NodalField::velocity, velocity); // before update() changes the nodal window
-  work.begin(phase, particles, velocity);
-  const InterpolationChange change = interpolation.update(particles, fem);
-  const double dt = settings.time_step;
-  work.add_energy(ties.loads.follow(phase, change, interpolation, ties.cells, particles, dt, packing.size(), settings.comm));
-  if (change == InterpolationChange::renewed)
-    renew(ties, particles, fem);
-  if (change == InterpolationChange::renewed || !stepping)
-    fem.read_window(fem::NodalField::velocity, velocity);
-  fem.read_window(fem::NodalField::displacement, displacement);
-  fem.read_window(fem::NodalField::force, force);
-  // In a step the velocity is v^{n-1/2} and the forces advance it to v^{n+1/2}. After a setup they advance it by half a step.
-  const double tau = stepping ? dt : 0.5 * dt;
+  const double dt = settings.time_step,
+               tau = begin_exchange<dim>(phase, particles, fem, packing, dt, interpolation, ties.cells, ties.loads, work,
+                                         {displacement, velocity, force}, settings.comm, [&] { renew(ties, particles, fem); });
   packing.periodic.isZero(0.) ? gather_gaps<dim, false>(ties, tau, particles) : gather_gaps<dim, true>(ties, tau, particles);
   solve<dim>(tau);
   const double power = scatter_forces(ties, particles);
   reaction = node_force;
   if (rank == 0)
     reaction += sums.middleRows<3>(6);
-  if (stepping)
+  if (phase == dem::Phase::step)
     work.add_energy(0.5 * dt * power);
   fem.add_window_forces(reaction);
   work.end(node_force, velocity);

@@ -11,7 +11,7 @@ namespace kerf
 using Eigen::Vector3d;
 
 RegionDistance::RegionDistance(const fem::Mesh &mesh, const Eigen::Matrix3Xd &points, double reach)
-  : mesh(mesh), points(points), reach(reach), phi(Eigen::VectorXd::Constant(points.cols(), reach)), bin_size(reach)
+  : mesh(mesh), points(points), reach(reach), phi(Eigen::VectorXd::Constant(points.cols(), reach))
 {
   Eigen::Array3i n_images;
   for (int c = 0; c < 3; ++c)
@@ -22,42 +22,28 @@ RegionDistance::RegionDistance(const fem::Mesh &mesh, const Eigen::Matrix3Xd &po
         images.push_back(Vector3d(x, y, z).cwiseProduct(mesh.period));
   if (points.cols() == 0)
     return;
-  origin = points.rowwise().minCoeff();
+  bins.lower = points.rowwise().minCoeff();
+  bins.cell_size = reach;
   end = points.rowwise().maxCoeff();
-  const Vector3d extent = end - origin;
+  const Vector3d extent = end - bins.lower;
   for (int c = 0; c < 3; ++c)
-    n_bins[c] = static_cast<int>(extent[c] / bin_size) + 1;
-  // Counting sort of the points by bin.
-  const auto flat = [&](const Vector3d &x) { return (bin_of(x, 2) * n_bins[1] + bin_of(x, 1)) * n_bins[0] + bin_of(x, 0); };
-  bin_start.assign(static_cast<std::size_t>(n_bins[0]) * n_bins[1] * n_bins[2] + 1, 0);
+    bins.n_cells[c] = static_cast<int>(extent[c] / reach) + 1;
+  std::vector<int> bin_of(points.cols());
   for (int i = 0; i < points.cols(); ++i)
-    ++bin_start[flat(points.col(i)) + 1];
-  for (std::size_t b = 1; b < bin_start.size(); ++b)
-    bin_start[b] += bin_start[b - 1];
-  bin_points.resize(points.cols());
-  std::vector<int> next(bin_start.begin(), bin_start.end() - 1);
-  for (int i = 0; i < points.cols(); ++i)
-    bin_points[next[flat(points.col(i))]++] = i;
+    bin_of[i] = bins.index(bins.cell_at(Vector3d(points.col(i))));
+  sorted = dem::CellSort(bin_of, bins.size());
 }
 
-int RegionDistance::bin_of(const Vector3d &point, int axis) const
-{
-  return std::clamp(static_cast<int>(std::floor((point[axis] - origin[axis]) / bin_size)), 0, n_bins[axis] - 1);
-}
-
-bool RegionDistance::bins_around(int cell, const Vector3d &shift, Eigen::Vector3i &first, Eigen::Vector3i &last) const
+bool RegionDistance::bins_around(int cell, const Vector3d &shift, std::array<int, 3> &first, std::array<int, 3> &last) const
 {
   if (points.cols() == 0)
     return false;
   const Eigen::AlignedBox3d box = cell_box(mesh, cell);
   const Vector3d lower = box.min().array() + shift.array() - reach, upper = box.max().array() + shift.array() + reach;
-  if ((lower.array() > end.array()).any() || (upper.array() < origin.array()).any())
+  if ((lower.array() > end.array()).any() || (upper.array() < bins.lower.array()).any())
     return false;
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    first[axis] = bin_of(lower, axis);
-    last[axis] = bin_of(upper, axis);
-  }
+  first = bins.cell_at(lower);
+  last = bins.cell_at(upper);
   return true;
 }
 

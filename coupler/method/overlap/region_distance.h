@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "dem_side/geometry/grid.h"
 #include "fem_side/fem_side.h"
 
 #include <Eigen/Core>
@@ -30,24 +31,23 @@ public:
   {
     for (const Eigen::Vector3d &shift : images)
     {
-      Eigen::Vector3i first, last;
+      std::array<int, 3> first, last;
       if (!bins_around(cell, shift, first, last))
         continue;
       for (int z = first[2]; z <= last[2]; ++z)
         for (int y = first[1]; y <= last[1]; ++y)
           for (int x = first[0]; x <= last[0]; ++x)
           {
-            const int bin = (z * n_bins[1] + y) * n_bins[0] + x;
-            for (int k = bin_start[bin]; k < bin_start[bin + 1]; ++k)
-              visit(bin_points[k], shift);
+            const int bin = bins.index(x, y, z);
+            for (int k = sorted.first[bin]; k < sorted.first[bin + 1]; ++k)
+              visit(sorted.order[k], shift);
           }
     }
   }
 
 private:
   /// First and last bin along each axis within reach of an image of a cell. Returns false when there is none.
-  bool bins_around(int cell, const Eigen::Vector3d &shift, Eigen::Vector3i &first, Eigen::Vector3i &last) const;
-  int bin_of(const Eigen::Vector3d &point, int axis) const;
+  bool bins_around(int cell, const Eigen::Vector3d &shift, std::array<int, 3> &first, std::array<int, 3> &last) const;
 
   const fem::Mesh &mesh;
   const Eigen::Matrix3Xd &points;
@@ -57,9 +57,8 @@ private:
   std::vector<Eigen::Vector3d> images; // shifts from a cell to its images within reach of the points
 
   // Points are sorted into bins of the size of the reach, so that a cell visits only points nearby.
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero(), end = Eigen::Vector3d::Zero(); // corners of the box around the points
-  double bin_size = 1.;
-  std::array<int, 3> n_bins = {{1, 1, 1}};
-  std::vector<int> bin_start, bin_points;
+  Eigen::Vector3d end = Eigen::Vector3d::Zero(); // upper corner of the box around the points
+  dem::Grid bins;
+  dem::CellSort sorted;
 };
 } // namespace kerf
