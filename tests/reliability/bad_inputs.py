@@ -88,6 +88,12 @@ with tempfile.TemporaryDirectory() as work:
     def with_conditions(conditions):
         return change("subsection Packing", f"subsection Boundary\n set Conditions = {conditions}\nend\nsubsection Packing")
 
+    bad("assignment", with_conditions("y = 1: fixed"), "'=' alone is an assignment", "Boundary/Conditions")
+    bad("side_of_a_disc", change("set Cell size", "set Shape = disc\n  set Cell size"), "only a box has sides with names")
+    bad("given_twice", change("set Cell size", "set Cell size = 2e-3\n  set Cell size"), "Mesh/Cell size is given twice")
+    bad("stop_below_with_a_disc", change("set End time", "set Stop below = 0.5\n  set End time"), "Time/Stop below", "platens")
+    bad("weaker_pressed_than_pulled", change("Compressive strength = 30e6", "Compressive strength = 3e6"), "Rock/Compressive strength",
+        "below Rock/Tensile strength")
     bad("bad_place", with_conditions("y << 1: fixed"), "y << 1", "expression of x, y and z")
     bad("empty_place", with_conditions("y < -1: fixed"), "no boundary face", "y < -1")
     bad("bad_traction", with_conditions("top: traction 1e6"), "traction TX TY ramp DURATION")

@@ -25,7 +25,7 @@ libgtest-dev         tests
 liggghts             comparison with the stock program
 git                  checks of the source tree
 clang-format         check of the code style
-python3-vtk9         files for ParaView, opened with VTK's readers'
+python3-vtk9         ParaView files in the reader that users have'
 readonly ci_packages='
 clang                build with a second compiler
 codespell            check of the spelling

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 namespace kerf
@@ -109,6 +110,7 @@ void use_present_names(const std::string &where, const std::string &section, std
 std::string checked_text(const std::string &path, std::vector<std::string> &notices)
 {
   std::ostringstream result;
+  std::set<std::string> given;
   std::ifstream file(path);
   if (!file)
     throw InputError(path + ": no such file, a case directory holds a case.prm");
@@ -135,6 +137,8 @@ std::string checked_text(const std::string &path, std::vector<std::string> &noti
       std::string key = trimmed(text.substr(4, equal - 4)), value = trimmed(text.substr(equal + 1));
       use_present_names(where, section, key, value, notices);
       checked_entry(where, section, key, value);
+      if (!given.insert(section + "/" + key).second)
+        throw InputError(where + ": " + section + "/" + key + " is given twice, give it once");
       result << "set " << key << " = " << value << '\n';
       continue;
     }
@@ -233,7 +237,21 @@ private:
   std::string file;
 };
 
-fem::BoundaryCondition boundary_condition(const Reader &reader, const std::string &item, int dim)
+/// muParser takes a single '=' for an assignment, which is always true where the value is not zero.
+bool assigns(const std::string &expression)
+{
+  for (std::size_t k = expression.find('='); k != std::string::npos; k = expression.find('=', k + 1))
+  {
+    const bool after = k > 0 && std::string("<>=!").find(expression[k - 1]) != std::string::npos;
+    const bool before = k + 1 < expression.size() && expression[k + 1] == '=';
+    if (!after && !before)
+      return true;
+  }
+  return false;
+}
+
+/// @param box whether the mesh is a structured box, whose sides have names
+fem::BoundaryCondition boundary_condition(const Reader &reader, const std::string &item, int dim, bool box)
 {
   const auto fail = [&](const std::string &what) { reader.fail("Boundary", "Conditions", "'" + item + "': " + what); };
   fem::BoundaryCondition condition;
@@ -243,6 +261,10 @@ fem::BoundaryCondition boundary_condition(const Reader &reader, const std::strin
   const std::string id = trimmed(item.substr(0, colon));
   const std::vector<std::string> sides = {"left", "right", "bottom", "top", "back", "front"};
   const auto side = std::find(sides.begin(), sides.end(), id);
+  if (side != sides.end() && !box)
+    fail("only a box has sides with names, give the number of a boundary of the mesh or an expression such as y < 1e-6");
+  if (assigns(id))
+    fail("'=' alone is an assignment, give an inequality such as y < 1e-6, or ==");
   if (side != sides.end())
     condition.id = static_cast<int>(side - sides.begin());
   else if (!id.empty() && std::all_of(id.begin(), id.end(), ::isdigit))
@@ -427,8 +449,9 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
     reader.text("Finite elements", "Integration"),
     {{"full", fem::Integration::full}, {"selective", fem::Integration::selective}, {"one_point", fem::Integration::one_point}});
 
+  const bool box = result.body.mesh.gmsh_file.empty() && result.body.mesh.shape == fem::MeshShape::box;
   for (const std::string &item : split(reader.text("Boundary", "Conditions"), ';'))
-    result.body.boundary_conditions.push_back(boundary_condition(reader, item, dim));
+    result.body.boundary_conditions.push_back(boundary_condition(reader, item, dim, box));
   result.body.gravity = reader.point("Loads", "Gravity");
   result.body.gravity_ramp = reader.number("Loads", "Gravity ramp");
   result.body.initial_stress = initial_stress(reader, dim);
@@ -516,6 +539,10 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.time_step = reader.number("Time", "Time step");
   result.safety = reader.number("Time", "Safety");
   result.history_interval = reader.integer("Output", "History interval");
+  if (result.stop_below > 0. && result.tool.kind != ToolKind::platens)
+    reader.fail("Time", "Stop below", "is for the platens of a press, give 0 with another Tool/Kind");
+  if (result.activation.compressive_strength < result.activation.tensile_strength)
+    reader.fail("Rock", "Compressive strength", "is below Rock/Tensile strength, give a rock's: five to twenty times as much");
   result.n_snapshots = reader.integer("Output", "Snapshots");
   return result;
 }
