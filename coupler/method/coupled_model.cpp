@@ -36,7 +36,7 @@ dem::Settings particle_settings(const ModelSettings &settings, const dem::Packin
 
 CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing, double dt,
                            MPI_Comm comm, std::unique_ptr<Constraint> given_constraint)
-  : settings(settings), mode(mode), fem_side(fem), packing(packing), dt(dt), comm(comm),
+  : settings(settings), mode(mode), fem_side(fem), dt(dt), comm(comm),
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), packing, settings.overlap.weight_function, settings.overlap.width),
     activation(settings.activation, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),

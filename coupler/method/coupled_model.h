@@ -84,7 +84,6 @@ private:
   const ModelSettings &settings;
   Mode mode;
   fem::FemSide &fem_side;
-  const dem::Packing &packing;
   double dt;
   MPI_Comm comm;
 
