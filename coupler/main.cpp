@@ -39,9 +39,8 @@ int liggghts(int argc, char **argv)
   {
     if (rank == 0)
       std::cerr << "kerf: " << error.what() << std::endl;
-    const bool input = dynamic_cast<const std::invalid_argument *>(&error) != nullptr,
-               bug = !input && dynamic_cast<const std::logic_error *>(&error) != nullptr;
-    code = input ? 2 : bug ? 1 : 3;
+    const bool input = dynamic_cast<const std::invalid_argument *>(&error) != nullptr;
+    code = input ? 2 : kerf::is_bug(error) ? 1 : 3;
   }
   MPI_Finalize();
   return code;

@@ -18,4 +18,12 @@ struct UnstableRun : std::runtime_error
 {
   using std::runtime_error::runtime_error;
 };
+
+/// Whether an error is a bug of kerf. std::invalid_argument, which the sides throw for wrong input, derives from
+/// std::logic_error.
+inline bool is_bug(const std::exception &error)
+{
+  return dynamic_cast<const std::logic_error *>(&error) != nullptr &&
+         dynamic_cast<const std::invalid_argument *>(&error) == nullptr;
+}
 } // namespace kerf

@@ -33,8 +33,7 @@ void on_first_rank(MPI_Comm comm, const Action &action)
     catch (const std::exception &exception)
     {
       error = exception.what();
-      bug = dynamic_cast<const std::logic_error *>(&exception) != nullptr &&
-            dynamic_cast<const std::invalid_argument *>(&exception) == nullptr;
+      bug = is_bug(exception);
       if (error.empty())
         error = "unknown error";
     }

@@ -23,7 +23,7 @@ dem::Settings particle_settings(const ModelSettings &settings, const dem::Packin
   result.comm = comm;
   result.packing = &packing;
   result.bond = settings.bond;
-  result.density = particle_density(settings, packing);
+  result.density = packing.particle_density(settings.body.material.density);
   result.local_damping = settings.local_damping;
   result.time_step = dt;
   // The domain exceeds the rock by its height on every side, since fragments fly off.

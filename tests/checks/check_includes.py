@@ -13,13 +13,12 @@ Rules
   4. Modules, a header together with its source, form no cycle.
   5. An include in quotes is a path from the top of the repository.
 """
-import argparse
 import re
 import sys
 import tempfile
 from pathlib import Path
 
-from source_tree import plant, project_files
+from source_tree import plant, project_files, run_check
 
 BOTH_SIDES = ["fem_side", "dem_side"]
 BELOW_ENGINE = ["dem_side/bond", "dem_side/packing", "dem_side/geometry"]
@@ -285,21 +284,11 @@ def self_test():
     return 1 if failures or not good else 0
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("root", nargs="?")
-    parser.add_argument("--self-test", action="store_true")
-    options = parser.parse_args()
-    if options.self_test:
-        return self_test()
-    if options.root is None:
-        parser.error("ROOT is missing")
-    tree = Tree(options.root)
-    found = list(tree.violations())
-    print("\n".join(found) if found else f"the order of the rooms holds in {len(tree.includes)} files")
-    # An empty tree would pass without having been checked.
-    return 1 if found or not tree.includes else 0
+def violations(root):
+    """Lines of text, and the number of files that were read."""
+    tree = Tree(root)
+    return list(tree.violations()), len(tree.includes)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_check(__doc__, violations, self_test, "files"))

@@ -6,13 +6,12 @@
                                README.md has at most 80 lines; every folder with source files has a README.md
   check_links.py --self-test   all of it on a tree with planted violations
 """
-import argparse
 import re
 import sys
 import tempfile
 from pathlib import Path, PurePosixPath
 
-from source_tree import plant, project_files
+from source_tree import plant, project_files, run_check
 
 LONGEST_README = 80  # lines of the first page
 SOURCE_SUFFIXES = {".h", ".hpp", ".cpp", ".cc", ".py", ".sh"}
@@ -139,19 +138,5 @@ def self_test():
     return 1 if failures else 0
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("root", nargs="?")
-    parser.add_argument("--self-test", action="store_true")
-    options = parser.parse_args()
-    if options.self_test:
-        return self_test()
-    if options.root is None:
-        parser.error("ROOT is missing")
-    found, count = violations(options.root)
-    print("\n".join(found) if found else f"{count} links, nothing found")
-    return 1 if found or count == 0 else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_check(__doc__, violations, self_test, "links"))

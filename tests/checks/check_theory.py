@@ -9,13 +9,12 @@ Checked are: tags \\tag{page.number} are those of their page, unique and ascendi
 "theory (5.3)", or a page as "(5.3)", exists; every page of equations names a source file and a file of tests/ that exist; every
 path in backticks that looks like one of the repository exists.
 """
-import argparse
 import re
 import sys
 import tempfile
 from pathlib import Path
 
-from source_tree import plant, project_files
+from source_tree import plant, project_files, run_check
 
 PAGES = "docs/theory"
 CODE_SUFFIXES = {".h", ".hpp", ".cpp", ".cc", ".py", ".sh", ".cmake"}
@@ -138,20 +137,5 @@ def self_test():
     return 1 if failures else 0
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("root", nargs="?")
-    parser.add_argument("--self-test", action="store_true")
-    options = parser.parse_args()
-    if options.self_test:
-        return self_test()
-    if options.root is None:
-        parser.error("ROOT is missing")
-    found, count = violations(options.root)
-    print("\n".join(found) if found else f"{count} equations, nothing found")
-    # A tree without pages would pass without having been checked.
-    return 1 if found or count == 0 else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_check(__doc__, violations, self_test, "equations"))

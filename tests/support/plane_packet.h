@@ -22,7 +22,8 @@ inline PlaneWave lattice_wave(const StripCase &strip, double k, int direction)
 {
   using Complex = std::complex<double>;
   using Matrix = Eigen::Matrix3cd;
-  const double d = Strip::d, mass = particle_density(strip.settings, strip.packing) * strip.packing.volume(0);
+  const double d = Strip::d,
+               mass = strip.packing.particle_density(strip.settings.body.material.density) * strip.packing.volume(0);
   Matrix D = Matrix::Zero();
   for (const double angle : {M_PI / 6., M_PI / 2., 5. * M_PI / 6.})
   {

@@ -76,16 +76,11 @@ bool is_box(const fem::Mesh &mesh, const Box &box)
   }
   return true;
 }
-
-Box box_around(const Eigen::Matrix3Xd &points)
-{
-  return {points.rowwise().minCoeff(), points.rowwise().maxCoeff()};
-}
 } // namespace
 
 PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
 {
-  const Box mesh_box = box_around(mesh.nodes);
+  const Box around = mesh_box(mesh);
   const bool from_file = !settings.packing_surface_file.empty();
   const std::string section = settings.directory + "/case.prm: Packing/Surface: ";
   if (from_file && mesh.dim == 2)
@@ -95,11 +90,11 @@ PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
   {
     if (from_file)
       throw InputError(section + "a periodic packing fills a box; leave it empty with Mesh/Periodic");
-    if (!is_box(mesh, mesh_box))
+    if (!is_box(mesh, around))
       throw InputError(settings.directory +
                        "/case.prm: Mesh/Periodic: a periodic packing fills a box, the mesh has another shape");
-    space.box = mesh_box;
-    space.volume = dem::box_volume(mesh.dim, mesh_box.lower, mesh_box.upper);
+    space.box = around;
+    space.volume = dem::box_volume(mesh.dim, around.lower, around.upper);
     return space;
   }
   try
@@ -108,7 +103,7 @@ PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
     const dem::ClosedSurface closed(mesh.dim, surface, settings.packing.mean_diameter);
     space.box = {closed.lower(), closed.upper()};
     space.volume = closed.volume();
-    const double volume_around = dem::box_volume(mesh.dim, mesh_box.lower, mesh_box.upper);
+    const double volume_around = dem::box_volume(mesh.dim, around.lower, around.upper);
     if (from_file || space.volume < (1. - 1e-6) * volume_around)
       space.surface = std::make_shared<dem::SurfaceMesh>(surface);
     else
@@ -120,13 +115,13 @@ PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
   }
   for (int c = 0; from_file && c < mesh.dim; ++c)
   {
-    const double slack = 1e-6 * (mesh_box.upper[c] - mesh_box.lower[c]);
-    if (space.box.lower[c] < mesh_box.lower[c] - slack || space.box.upper[c] > mesh_box.upper[c] + slack)
+    const double slack = 1e-6 * (around.upper[c] - around.lower[c]);
+    if (space.box.lower[c] < around.lower[c] - slack || space.box.upper[c] > around.upper[c] + slack)
     {
       std::ostringstream text;
       text << section << settings.packing_surface_file << " reaches from " << space.box.lower[c] << " to " << space.box.upper[c]
            << " m along "
-           << "xyz"[c] << ", it must be inside of the mesh, " << mesh_box.lower[c] << " to " << mesh_box.upper[c];
+           << "xyz"[c] << ", it must be inside of the mesh, " << around.lower[c] << " to " << around.upper[c];
       throw InputError(text.str());
     }
   }

@@ -28,9 +28,7 @@ auto as_input_error(const std::string &place, const Action &action)
   }
   catch (const std::exception &error)
   {
-    const bool bug = dynamic_cast<const std::logic_error *>(&error) != nullptr &&
-                     dynamic_cast<const std::invalid_argument *>(&error) == nullptr;
-    if (bug)
+    if (is_bug(error))
       throw;
     throw InputError(place + error.what());
   }

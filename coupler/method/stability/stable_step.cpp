@@ -90,12 +90,7 @@ double smallest_edge(const fem::Mesh &mesh)
 
 dem::NetworkOperator::Material bond_material(const ModelSettings &settings, const dem::Packing &packing)
 {
-  return {settings.bond.k_n, settings.bond.k_t, particle_density(settings, packing)};
-}
-
-double particle_density(const ModelSettings &settings, const dem::Packing &packing)
-{
-  return settings.body.material.density / packing.solid_fraction();
+  return {settings.bond.k_n, settings.bond.k_t, packing.particle_density(settings.body.material.density)};
 }
 
 double particle_frequency(const dem::Packing &packing, double k_n, double k_t, double density)
@@ -120,7 +115,7 @@ StableSteps elastic_steps(const ModelSettings &settings, Mode mode, fem::FemSide
     steps.elastic = steps.fem;
     return steps;
   }
-  const double density = particle_density(settings, packing);
+  const double density = packing.particle_density(settings.body.material.density);
   const double omega = particle_frequency(packing, settings.bond.k_n, settings.bond.k_t, density);
   double mean_mass = 0.;
   for (int i = 0; i < packing.size(); ++i)

@@ -35,9 +35,6 @@ dem::NetworkOperator::Material bond_material(const ModelSettings &settings, cons
 /// Shortest edge of all cells [m].
 double smallest_edge(const fem::Mesh &mesh);
 
-/// Density of the particles: rock density / solid fraction [kg/m^3].
-double particle_density(const ModelSettings &settings, const dem::Packing &packing);
-
 /// Largest angular frequency of the particles in intact or broken rock [rad/s]. In broken rock every sticking contact has the
 /// stiffness of a bond, and compressed particles have contacts without a former bond. So the frequency is the larger one of the
 /// bond network and of the network of all pairs with a gap below half a mean radius.
