@@ -126,7 +126,7 @@ struct Settings
   /// Cauchy stress in the body at the start [Pa], tension positive. The body starts deformed by initial_state(). In two
   /// dimensions the out-of-plane stress is that of plane strain.
   Eigen::Matrix3d initial_stress = Eigen::Matrix3d::Zero();
-  double surface_spacing = 0.; ///< largest distance of surface_points() [m]; 0: Gauss points of the faces
+  double surface_spacing = 0.; ///< largest distance of the points of the surface [m]; 0: Gauss points of the faces
 };
 
 /// A face of the mesh boundary.
@@ -201,14 +201,24 @@ struct CellStress
 /// Weighted tangent stiffness of one undeformed cell. Component c of corner a has number dim * a + c.
 using CellStiffness = Eigen::MatrixXd;
 
-/// Integration points of outer boundary faces of weighted cells owned by this rank, in the current configuration.
+/// The points of a boundary face at which loads and contacts act, in the reference configuration.
+struct FacePoints
+{
+  Eigen::Matrix3Xd position; ///< [m]
+  Eigen::Matrix3Xd area;     ///< outer normal times the area that a point stands for [m^2] (2D: [m] per metre)
+};
+/// The Gauss points of a face that is divided into equal parts, so that their mean distance is at most @p spacing [m]. 0: one
+/// part.
+FacePoints face_points(const Mesh &mesh, const BoundaryFace &face, double spacing);
+
+/// Points of outer boundary faces of weighted cells owned by this rank, in the current configuration.
 struct SurfacePoints
 {
   Eigen::Matrix3Xd position; ///< [m]
   Eigen::Matrix3Xd velocity; ///< [m/s]
   Eigen::VectorXd area;      ///< alpha-weighted reference area of the point [m^2] (2D: [m] per metre)
   Eigen::Matrix3Xd normal;   ///< outer unit normal
-  Eigen::VectorXd weight;    ///< mean alpha of the cell behind the face [-]
+  Eigen::VectorXd weight;    ///< alpha at the point [-]
 };
 
 /// Source of forces on the surface. The work of each source is counted apart.
@@ -263,15 +273,19 @@ public:
   /// Reference coordinates of the quadrature points of the owned cells [m]. A cell has n_q = 2^dim points. Point q of cell
   /// owned_cells()[c] is column c * n_q + q.
   virtual const Eigen::Matrix3Xd &quadrature_points() const = 0;
+  /// Reference coordinates of the points of the outer boundary faces of the owned cells, see face_points() [m].
+  virtual const Eigen::Matrix3Xd &surface_positions() const = 0;
   /// Cells and shape functions of points of the reference configuration [m]. A point on a face belongs to the cell with the
   /// lowest number. Across periodic axes a point may be replaced by its image. Outside the mesh cell = -1.
   virtual std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const = 0;
 
   // ---- Weights: the share of the continuum where models overlap.
 
-  /// Weight alpha in [0, 1] at every quadrature point, in the order of quadrature_points(); 1 at the start. A cell whose points
-  /// are all zero is switched off. Lumped masses are computed anew. Nodes without mass stop moving; displacements stay.
-  virtual void set_weights(const Eigen::VectorXd &alpha) = 0;
+  /// Weight alpha in [0, 1] at every quadrature point, in the order of quadrature_points(), and at every point of the surface,
+  /// in the order of surface_positions(); 1 at the start. A cell whose quadrature points are all zero is switched off. Lumped
+  /// masses are computed anew. Nodes without mass stop moving; displacements stay. Loads, dashpots and contacts on the surface
+  /// have the weight of the surface where they act.
+  virtual void set_weights(const Eigen::VectorXd &alpha, const Eigen::VectorXd &surface_alpha) = 0;
   virtual int n_active_cells() const = 0; ///< over all ranks. Not collective.
 
   // ---- Time step.

@@ -67,7 +67,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
       if (boundary.role(index).held || boundary.role(index).blocked[c])
         acceleration[c] = 0.;
 
-  fem.set_weights(overlap.fe_weights());
+  fem.set_weights(overlap.fe_weights(), overlap.fe_surface_weights());
   dem.insert(particles);
   const std::vector<TiedParticle> ties = active_ties();
   constraint.set_particles(ties);
@@ -89,7 +89,7 @@ ActivationEvent Conversion::return_to_continuum(const std::vector<int> &cells)
 
   const Eigen::Matrix3Xd mass_before = fem.gather(fem::NodalField::mass);
   overlap.restore(cells);
-  fem.set_weights(overlap.fe_weights());
+  fem.set_weights(overlap.fe_weights(), overlap.fe_surface_weights());
   const NodalState state = recover_nodes(fem, dem, packing, cells, mass_before, comm);
   fem.set_state(state.displacement, state.velocity);
 

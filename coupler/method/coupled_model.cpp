@@ -38,11 +38,14 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
                            MPI_Comm comm, std::unique_ptr<Constraint> given_constraint)
   : settings(settings), mode(mode), fem_side(fem), dt(dt), comm(comm),
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
-    regions(fem.mesh(), fem.quadrature_points(), packing, settings.overlap.weight_function, settings.overlap.width),
+    regions(fem.mesh(), fem.quadrature_points(), fem.surface_positions(), packing, settings.overlap.weight_function,
+            settings.overlap.width),
     activation(settings.activation, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
     return_rule(settings.activation, settings.body.material.poisson, fem.mesh(), packing, virial_stress, comm),
-    boundary(fem.mesh(), settings.body.material, settings.body.boundary_conditions, packing),
+    boundary(fem.mesh(), settings.body.material, settings.body.boundary_conditions, packing, settings.body.surface_spacing),
     loads(settings.body, fem.mesh(), packing),
+    surface(fem.mesh(), std::vector<char>(fem.mesh().boundary.size(), settings.tool.present()), packing,
+            settings.body.surface_spacing),
     constraint(given_constraint ? std::move(given_constraint) : make_constraint(constraint_model(settings, packing, comm))),
     conversion(
       settings, mode, fem, *dem_side, packing, regions, *constraint, boundary, virial_stress, dt,
@@ -53,6 +56,49 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
     absorbing_work(dt, comm)
 {
   constraint->set_time_step(dt);
+  for (std::vector<TributaryAreas> *list : {&loads.loaded_areas(), &boundary.absorbing_areas()})
+    for (TributaryAreas &areas : *list)
+      tributaries.emplace_back(&areas, regions.add_points(areas.points()));
+  tributaries.emplace_back(&surface, regions.add_points(surface.points()));
+}
+
+/// Loads on the surface have the weights of the places where they act. While particles relax with full weights, loads are full,
+/// too.
+void CoupledModel::update_surface_weights()
+{
+  const std::pair<int, bool> now_valid{regions.n_changes(), conversion.relaxing() && constraint->tie() == Tie::mean};
+  if (now_valid == seen_weights)
+    return;
+  seen_weights = now_valid;
+  std::vector<char> takes(regions.de_weights().size());
+  for (std::size_t i = 0; i < takes.size(); ++i)
+    takes[i] = regions.needs_particle(static_cast<int>(i));
+  std::vector<double> contact, area;
+  if (cutter.present())
+  {
+    surface.set_whole();
+    area.assign(takes.size(), 0.);
+    for (const TributaryArea &share : surface.areas())
+      area[share.particle] += share.area;
+  }
+  for (const auto &[areas, number] : tributaries)
+    if (now_valid.second)
+      areas->set_whole();
+    else
+      areas->set_weights(1. - regions.fe_weights_at(number).array(), takes);
+  if (cutter.present())
+  {
+    contact.assign(takes.size(), -1.);
+    for (std::size_t i = 0; i < takes.size(); ++i)
+      if (area[i] > 0.)
+        contact[i] = 0.;
+    for (const TributaryArea &share : surface.areas())
+      if (area[share.particle] > 0.)
+        contact[share.particle] += share.area / area[share.particle];
+  }
+  cutter.set_contact_weights(contact);
+  loads.update_forces();
+  boundary.update_dashpots();
 }
 
 void CoupledModel::start()
@@ -89,6 +135,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   }
   for (ParticleWork *work : {&tool_work, &debris_work, &boundary_work, &absorbing_work})
     work->begin(phase, particles);
+  update_surface_weights();
 
   if (with_fem)
   {

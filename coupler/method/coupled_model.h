@@ -75,6 +75,7 @@ public:
 
 private:
   void cycle(dem::Phase phase, dem::Particles &particles);
+  void update_surface_weights();
   /// Enters the energy change of a conversion into the ledger.
   void record(ActivationEvent event);
   template <typename Action>
@@ -94,6 +95,9 @@ private:
   ReturnRule return_rule;
   ParticleBoundary boundary;
   ParticleLoads loads;
+  TributaryAreas surface;                                    // of the whole boundary, for contact
+  std::vector<std::pair<TributaryAreas *, int>> tributaries; // all of them, with the numbers of their points in the overlap
+  std::pair<int, bool> seen_weights{-1, false};              // changes of the overlap, full weights
   std::unique_ptr<Constraint> constraint;
   Conversion conversion;
   Tool cutter;

@@ -38,16 +38,17 @@ void AbsorbingBoundary<dim>::assemble(const NodalSpace<dim> &space, const Surfac
   {
     if (!absorbs[face.number])
       continue;
-    for (int p = 0; p < SurfaceFace<dim>::n; ++p)
-    {
-      const Matrix normal = face.normal[p] * face.normal[p].transpose();
-      const Matrix impedance = normal_impedance * normal + tangential_impedance * (Matrix::Identity() - normal);
-      const auto N = q1::shape_values<dim - 1>(q1::gauss_point<dim - 1>(p));
-      for (int a = 0; a < SurfaceFace<dim>::n; ++a)
-        for (int r = 0; r < dim; ++r)
-          for (int c = 0; c < dim; ++c)
-            rows[r][face.dofs[a] + c] += N[a] * face.alpha * face.area[p] * impedance(r, c);
-    }
+    surface.for_each_load_point(
+      face,
+      [&](const auto &N, const double area, const q1::Point<dim> &n)
+      {
+        const Matrix normal = n * n.transpose();
+        const Matrix impedance = normal_impedance * normal + tangential_impedance * (Matrix::Identity() - normal);
+        for (int a = 0; a < SurfaceFace<dim>::n; ++a)
+          for (int r = 0; r < dim; ++r)
+            for (int c = 0; c < dim; ++c)
+              rows[r][face.dofs[a] + c] += N[a] * area * impedance(r, c);
+      });
   }
   for (NodalVector &row : rows)
     space.sum_up(row);

@@ -46,14 +46,14 @@ void ExternalLoads<dim>::assemble(const NodalSpace<dim> &space, const Surface<di
     NodalVector f = space.zero_vector();
     for (const SurfaceFace<dim> &face : surface.all_faces())
       if (load.faces[face.number])
-        for (int p = 0; p < SurfaceFace<dim>::n; ++p)
-        {
-          const auto N = q1::shape_values<dim - 1>(q1::gauss_point<dim - 1>(p));
-          const q1::Point<dim> force = face.alpha * face.area[p] * (load.traction + load.stress * face.normal[p]);
-          for (int a = 0; a < SurfaceFace<dim>::n; ++a)
-            for (int c = 0; c < dim; ++c)
-              f[face.dofs[a] + c] += N[a] * force[c];
-        }
+        surface.for_each_load_point(face,
+                                    [&](const auto &N, const double area, const q1::Point<dim> &normal)
+                                    {
+                                      const q1::Point<dim> force = area * (load.traction + load.stress * normal);
+                                      for (int a = 0; a < SurfaceFace<dim>::n; ++a)
+                                        for (int c = 0; c < dim; ++c)
+                                          f[face.dofs[a] + c] += N[a] * force[c];
+                                    });
     space.sum_up(f);
     for (int dof = 0; dof < space.n_owned_dofs(); ++dof)
       if (f[dof] != 0.)

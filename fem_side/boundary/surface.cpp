@@ -3,32 +3,65 @@
 
 #include "fem_side/mesh/face_geometry.h"
 
+#include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 #include <stdexcept>
 
 namespace kerf::fem
 {
-template <int dim>
-template <typename Visit>
-void Surface<dim>::for_each_point(const SurfaceFace<dim> &face, const Visit &visit)
+namespace
 {
-  const double part = 1. / face.parts;
-  const double weight = std::pow(part, dim - 1);
-  const int n_parts = static_cast<int>(std::lround(std::pow(face.parts, dim - 1)));
-  for (int s = 0; s < n_parts; ++s)
-    for (int p = 0; p < n; ++p)
-    {
-      q1::Point<dim - 1> xi = part * q1::gauss_point<dim - 1>(p);
-      for (int d = 0, rest = s; d < dim - 1; ++d, rest /= face.parts)
-        xi[d] += -1. + part * (2 * (rest % face.parts) + 1);
-      visit(xi, weight);
-    }
+/// Round-off of coordinates, relative to the extent of a face: equal faces must have equal numbers of points.
+constexpr double round_off = 1e-9;
+
+int parts_of(const double extent, const double spacing)
+{
+  return spacing > 0. ? std::max(1, static_cast<int>(std::ceil((1. - round_off) * extent / (2. * spacing)))) : 1;
 }
 
 template <int dim>
-Surface<dim>::Surface(const NodalSpace<dim> &space, double spacing)
+struct FaceGeometry
+{
+  FaceGeometry(const Mesh &mesh, const BoundaryFace &face, const double spacing) : X(face_positions<dim>(mesh, face))
+  {
+    q1::Point<dim> inside = q1::Point<dim>::Zero();
+    for (int a = 0; a < q1::n_nodes<dim>; ++a)
+      inside += mesh.nodes.col(mesh.cells(a, face.cell)).template head<dim>() / q1::n_nodes<dim>;
+    const q1::Point<dim - 1> middle = q1::Point<dim - 1>::Zero();
+    const q1::Point<dim> outwards = X * q1::shape_values<dim - 1>(middle) - inside;
+    turn = q1::area_vector<dim>(X, middle).dot(outwards) < 0. ? -1. : 1.;
+    parts = parts_of((X.rowwise().maxCoeff() - X.rowwise().minCoeff()).maxCoeff(), spacing);
+  }
+  FacePoints points() const
+  {
+    const double share = std::pow(1. / parts, dim - 1);
+    const int n_points = n_points_of_face<dim>(parts);
+    FacePoints result{Eigen::Matrix3Xd::Zero(3, n_points), Eigen::Matrix3Xd::Zero(3, n_points)};
+    int point = 0;
+    for_each_gauss_point<dim>(parts,
+                              [&](const q1::Point<dim - 1> &xi)
+                              {
+                                result.position.col(point).template head<dim>() = X * q1::shape_values<dim - 1>(xi);
+                                result.area.col(point).template head<dim>() = turn * share * q1::area_vector<dim>(X, xi);
+                                ++point;
+                              });
+    return result;
+  }
+
+  q1::NodalValues<dim - 1, dim> X;
+  double turn = 1.;
+  int parts = 1;
+};
+} // namespace
+
+FacePoints face_points(const Mesh &mesh, const BoundaryFace &face, const double spacing)
+{
+  return mesh.dim == 2 ? FaceGeometry<2>(mesh, face, spacing).points() : FaceGeometry<3>(mesh, face, spacing).points();
+}
+
+template <int dim>
+Surface<dim>::Surface(const NodalSpace<dim> &space, const double spacing)
 {
   std::set<int> nodes;
   for (const BoundaryFace &face : space.mesh.boundary)
@@ -39,53 +72,58 @@ Surface<dim>::Surface(const NodalSpace<dim> &space, double spacing)
     for (int c = 0; c < dim; ++c)
       surface_dofs.push_back(space.local_dof(node) + c);
 
-  std::map<int, int> owned_number;
-  for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
-    owned_number[space.owned_cells[c]] = c;
+  std::vector<char> owned(space.mesh.n_cells(), 0);
+  for (const int cell : space.owned_cells)
+    owned[cell] = 1;
+  std::vector<FacePoints> of_faces;
+  int n_points = 0;
   for (std::size_t number = 0; number < space.mesh.boundary.size(); ++number)
   {
     const BoundaryFace &boundary = space.mesh.boundary[number];
-    const auto cell = owned_number.find(boundary.cell);
-    if (cell == owned_number.end())
+    if (!owned[boundary.cell])
       continue;
+    const FaceGeometry<dim> geometry(space.mesh, boundary, spacing);
     SurfaceFace<dim> face;
     face.number = static_cast<int>(number);
-    face.owned_cell = cell->second;
-    const auto X = face_positions<dim>(space.mesh, boundary);
-    const q1::Point<dim> outwards = X * q1::shape_values<dim - 1>(q1::Point<dim - 1>::Zero()) -
-                                    space.cell_nodes(boundary.cell) * q1::shape_values<dim>(q1::Point<dim>::Zero());
     for (int a = 0; a < n; ++a)
-    {
       face.dofs[a] = space.local_dof(boundary.nodes[a]);
-      const q1::Point<dim> area = q1::area_vector<dim>(X, q1::gauss_point<dim - 1>(a));
-      face.area[a] = area.norm();
-      face.turn = area.dot(outwards) < 0. ? -1. : 1.;
-      face.normal[a] = area.normalized() * face.turn;
-    }
-    const double extent = (X.rowwise().maxCoeff() - X.rowwise().minCoeff()).maxCoeff();
-    face.parts = spacing > 0. ? std::max(1, static_cast<int>(std::ceil(extent / (2. * spacing)))) : 1;
+    face.turn = geometry.turn;
+    face.parts = geometry.parts;
+    face.first_point = n_points;
+    n_points += face.n_points();
     faces.push_back(face);
-    positions.push_back(X);
+    positions.push_back(geometry.X);
+    of_faces.push_back(geometry.points());
   }
+  points.resize(3, n_points);
+  areas.resize(3, n_points);
+  for (std::size_t k = 0; k < faces.size(); ++k)
+  {
+    points.middleCols(faces[k].first_point, faces[k].n_points()) = of_faces[k].position;
+    areas.middleCols(faces[k].first_point, faces[k].n_points()) = of_faces[k].area;
+  }
+  alpha = Eigen::VectorXd::Ones(n_points);
 }
 
 template <int dim>
-void Surface<dim>::set_weights(const Eigen::VectorXd &alpha)
+void Surface<dim>::set_weights(const Eigen::VectorXd &weights)
 {
-  constexpr int n_points = q1::n_nodes<dim>;
+  if (weights.size() != points.cols())
+    throw std::logic_error("set_weights: not as many weights as points of the surface");
+  alpha = weights;
   for (SurfaceFace<dim> &face : faces)
-    face.alpha = alpha.segment<n_points>(face.owned_cell * n_points).mean();
+    face.has_weight = (alpha.segment(face.first_point, face.n_points()).array() > 0.).any();
 }
 
 template <int dim>
 void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Vector3d &lower, const Eigen::Vector3d &upper,
-                               const NearTest &near, SurfacePoints &points) const
+                               const NearTest &near, SurfacePoints &found_points) const
 {
   found.clear();
   std::vector<q1::NodalValues<dim - 1, dim>> current;
   for (std::size_t i = 0; i < faces.size(); ++i)
   {
-    if (faces[i].alpha == 0.)
+    if (!faces[i].has_weight)
       continue;
     q1::NodalValues<dim - 1, dim> x = positions[i];
     for (int a = 0; a < n; ++a)
@@ -108,30 +146,30 @@ void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Ve
 
   Eigen::Index n_points = 0;
   for (const int i : found)
-    n_points += n * std::lround(std::pow(faces[i].parts, dim - 1));
-  points.position.setZero(3, n_points);
-  points.velocity.setZero(3, n_points);
-  points.area.resize(n_points);
-  points.normal.setZero(3, n_points);
-  points.weight.resize(n_points);
-  Eigen::Index point = 0;
-  for (std::size_t k = 0; k < found.size(); ++k)
+    n_points += faces[i].n_points();
+  found_points.position.setZero(3, n_points);
+  found_points.velocity.setZero(3, n_points);
+  found_points.area.resize(n_points);
+  found_points.normal.setZero(3, n_points);
+  found_points.weight.resize(n_points);
+  Eigen::Index k = 0;
+  for (std::size_t i = 0; i < found.size(); ++i)
   {
-    const SurfaceFace<dim> &face = faces[found[k]];
+    const SurfaceFace<dim> &face = faces[found[i]];
     q1::NodalValues<dim - 1, dim> velocity;
     for (int a = 0; a < n; ++a)
       velocity.col(a) = Eigen::Map<const q1::Point<dim>>(v + face.dofs[a]);
     for_each_point(face,
-                   [&](const q1::Point<dim - 1> &xi, double weight)
+                   [&](const q1::Point<dim - 1> &xi, const int point)
                    {
                      const auto N = q1::shape_values<dim - 1>(xi);
-                     points.position.col(point).template head<dim>() = current[k] * N;
-                     points.velocity.col(point).template head<dim>() = velocity * N;
-                     points.area[point] = weight * face.alpha * q1::area_vector<dim>(positions[found[k]], xi).norm();
-                     points.normal.col(point).template head<dim>() =
-                       face.turn * q1::area_vector<dim>(current[k], xi).normalized();
-                     points.weight[point] = face.alpha;
-                     ++point;
+                     found_points.position.col(k).template head<dim>() = current[i] * N;
+                     found_points.velocity.col(k).template head<dim>() = velocity * N;
+                     found_points.area[k] = alpha[point] * areas.col(point).norm();
+                     found_points.normal.col(k).template head<dim>() =
+                       face.turn * q1::area_vector<dim>(current[i], xi).normalized();
+                     found_points.weight[k] = alpha[point];
+                     ++k;
                    });
   }
 }
@@ -142,7 +180,7 @@ void Surface<dim>::add_forces(const Eigen::Matrix3Xd &forces, double *f) const
   Eigen::Index point = 0;
   for (const int i : found)
     for_each_point(faces[i],
-                   [&](const q1::Point<dim - 1> &xi, double)
+                   [&](const q1::Point<dim - 1> &xi, int)
                    {
                      if (point >= forces.cols())
                        throw std::logic_error("add_surface_forces: not as many forces as surface points");

@@ -24,7 +24,7 @@ ExplicitSolver<dim>::ExplicitSolver(const Settings &settings_in)
   for (NodalVector *v : {&displacement, &velocity, &force, &mass})
     *v = space.zero_vector();
   compute_cell_points();
-  set_weights(Eigen::VectorXd::Ones(points.cols()));
+  set_weights(Eigen::VectorXd::Ones(points.cols()), Eigen::VectorXd::Ones(surface.all_points().cols()));
   set_window({});
   if (settings.initial_stress.norm() > 0.)
     set_initial_state(initial_state(settings).gradient);
@@ -64,17 +64,18 @@ void ExplicitSolver<dim>::compute_cell_points()
 }
 
 template <int dim>
-void ExplicitSolver<dim>::set_weights(const Eigen::VectorXd &weights)
+void ExplicitSolver<dim>::set_weights(const Eigen::VectorXd &weights, const Eigen::VectorXd &surface_weights)
 {
   if (weights.size() != points.cols())
     throw std::logic_error("set_weights: not as many weights as quadrature points");
-  if (weights.size() > 0 && !(weights.minCoeff() >= 0. && weights.maxCoeff() <= 1. + 1e-12))
-    throw std::logic_error("set_weights: weights must lie between 0 and 1");
+  for (const Eigen::VectorXd *values : {&weights, &surface_weights})
+    if (values->size() > 0 && !(values->minCoeff() >= 0. && values->maxCoeff() <= 1. + 1e-12))
+      throw std::logic_error("set_weights: weights must lie between 0 and 1");
   alpha = weights;
   build_kernel();
   compute_masses();
   stop_massless_nodes();
-  surface.set_weights(alpha);
+  surface.set_weights(surface_weights);
   absorbing.assemble(space, surface, prescribed, mass);
   loads.assemble(space, surface, mass);
   forces_are_current = false;

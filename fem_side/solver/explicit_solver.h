@@ -26,10 +26,11 @@ public:
 
   const Mesh &mesh() const override { return space.mesh; }
   const Eigen::Matrix3Xd &quadrature_points() const override { return points; }
+  const Eigen::Matrix3Xd &surface_positions() const override { return surface.all_points(); }
   const std::vector<int> &owned_cells() const override { return space.owned_cells; }
   std::vector<Interpolation> locate(const Eigen::Matrix3Xd &points) const override { return locator.locate(points); }
 
-  void set_weights(const Eigen::VectorXd &alpha) override;
+  void set_weights(const Eigen::VectorXd &alpha, const Eigen::VectorXd &surface_alpha) override;
   int n_active_cells() const override { return n_active; }
 
   void begin_step(double dt, double time) override;

@@ -32,6 +32,7 @@ public:
 
   const fem::Mesh &mesh() const override { return geometry; }
   const Eigen::Matrix3Xd &quadrature_points() const override { return no_points; }
+  const Eigen::Matrix3Xd &surface_positions() const override { return no_points; }
   const std::vector<int> &owned_cells() const override { return no_cells; }
 
   std::vector<fem::Interpolation> locate(const Eigen::Matrix3Xd &points) const override
@@ -59,7 +60,7 @@ public:
     return found;
   }
 
-  void set_weights(const Eigen::VectorXd &) override {}
+  void set_weights(const Eigen::VectorXd &, const Eigen::VectorXd &) override {}
   int n_active_cells() const override { return geometry.n_cells(); }
   void begin_step(double, double) override {}
   void compute_forces() override { force.setZero(); }

@@ -34,6 +34,20 @@ inline Settings box(const Eigen::Vector3d &upper, const double cell_size, MPI_Co
   return settings;
 }
 
+/// Gives quadrature points and points of the surface the weights of their places, weight(X).
+template <typename Weight>
+void set_weights(FemSide &side, const Weight &weight)
+{
+  const auto at = [&](const Eigen::Matrix3Xd &X)
+  {
+    Eigen::VectorXd alpha(X.cols());
+    for (int i = 0; i < X.cols(); ++i)
+      alpha[i] = weight(Eigen::Vector3d(X.col(i)));
+    return alpha;
+  };
+  side.set_weights(at(side.quadrature_points()), at(side.surface_positions()));
+}
+
 inline BoundaryCondition condition(const int id, const BoundaryKind kind)
 {
   BoundaryCondition result;

@@ -42,12 +42,19 @@ private:
 
 bool same(const ParticleBoundary::Role &a, const ParticleBoundary::Role &b)
 {
-  if (a.held != b.held || a.driver != b.driver || a.blocked != b.blocked || a.dashpots.size() != b.dashpots.size())
-    return false;
-  for (std::size_t k = 0; k < a.dashpots.size(); ++k)
-    if ((a.dashpots[k].normal - b.dashpots[k].normal).norm() > 1e-12)
-      return false;
-  return true;
+  return a.held == b.held && a.driver == b.driver && a.blocked == b.blocked;
+}
+
+/// Parts of particles of absorbing faces with one normal.
+struct AbsorbingSide
+{
+  Vector3d normal;
+  std::vector<std::pair<int, double>> areas; // tag, area
+};
+
+std::string areas_name(std::size_t number)
+{
+  return "absorb_" + std::to_string(number + 1) + ".data";
 }
 
 /// Writes the script. Particles with the same boundary role form a LIGGGHTS type, so that groups take one line.
@@ -82,6 +89,24 @@ public:
     for (int i = 0; i < c.packing.size(); ++i)
       out << i + 1 << ' ' << type_of[i] << ' ' << 2. * c.packing.radii[i] << ' ' << c.particles.density << ' '
           << c.packing.positions(0, i) << ' ' << c.packing.positions(1, i) << ' ' << c.packing.positions(2, i) << '\n';
+  }
+
+  std::vector<AbsorbingSide> absorbing_sides() const
+  {
+    std::vector<AbsorbingSide> sides;
+    for (int i = 0; i < c.packing.size(); ++i)
+      for (const ParticleBoundary::Dashpot &dashpot : c.boundary.role(i).dashpots)
+      {
+        const auto same_normal = [&](const AbsorbingSide &side) { return (side.normal - dashpot.normal).norm() <= 1e-12; };
+        auto side = std::find_if(sides.begin(), sides.end(), same_normal);
+        if (side == sides.end())
+          side = sides.insert(sides.end(), {dashpot.normal, {}});
+        if (!side->areas.empty() && side->areas.back().first == i + 1)
+          side->areas.back().second += dashpot.area;
+        else
+          side->areas.emplace_back(i + 1, dashpot.area);
+      }
+    return sides;
   }
 
   void write(ExactStream &out, const std::string &store) const
@@ -145,23 +170,14 @@ private:
         out << " platens " << tool.lower << ' ' << tool.upper;
       out << "\n\n";
     }
-    int n = 0;
-    for (std::size_t t = 1; t < types.size(); ++t)
-      for (const ParticleBoundary::Dashpot &dashpot : types[t].dashpots)
-      {
-        const auto member = std::find(type_of.begin(), type_of.end(), static_cast<int>(t) + 1) - type_of.begin();
-        const double radius = c.packing.radii[member];
-        const double section = flat ? 2. * radius : M_PI * radius * radius;
-        const std::size_t k = &dashpot - types[t].dashpots.data();
-        if (n++ == 0)
-          out << "# Absorbing boundary: dashpots of the impedances rho c_p and rho c_s\n";
-        out << "group         absorbing_" << n << " type " << t + 1 << "\n"
-            << "fix           absorb_" << n << " absorbing_" << n << " kerf/dashpot normal " << dashpot.normal[0] << ' '
-            << dashpot.normal[1] << ' ' << dashpot.normal[2] << " Z_p " << c.boundary.impedance_p() << " Z_s "
-            << c.boundary.impedance_s() << " share " << c.boundary.role(static_cast<int>(member)).dashpots[k].area / section
-            << " section " << (flat ? "diameter" : "circle") << "\n";
-      }
-    out << (n > 0 ? "\n" : "");
+    const std::vector<AbsorbingSide> sides = absorbing_sides();
+    if (!sides.empty())
+      out << "# Absorbing boundary: dashpots of the impedances rho c_p and rho c_s, on the areas in the files\n";
+    for (std::size_t n = 0; n < sides.size(); ++n)
+      out << "fix           absorb_" << n + 1 << " all kerf/dashpot normal " << sides[n].normal[0] << ' ' << sides[n].normal[1]
+          << ' ' << sides[n].normal[2] << " Z_p " << c.boundary.impedance_p() << " Z_s " << c.boundary.impedance_s() << " areas "
+          << areas_name(n) << "\n";
+    out << (sides.empty() ? "" : "\n");
   }
 
   void write_motion(ExactStream &out) const
@@ -254,6 +270,14 @@ void write_script(const ScriptContents &contents, const std::string &directory)
   writer.write(script_stream,
                fs::proximate(fs::weakly_canonical(contents.settings.packing_file), fs::weakly_canonical(directory)).string());
   writer.write_particles(particle_stream);
+  const std::vector<AbsorbingSide> sides = writer.absorbing_sides();
+  for (std::size_t n = 0; n < sides.size(); ++n)
+  {
+    std::ofstream file = open(areas_name(n));
+    ExactStream areas(file);
+    for (const auto &[tag, area] : sides[n].areas)
+      areas << tag << ' ' << area << '\n';
+  }
 }
 
 int export_case(const RunOptions &options, MPI_Comm comm)
@@ -277,7 +301,8 @@ int export_case(const RunOptions &options, MPI_Comm comm)
   if (rank != 0)
     return 0;
   std::ofstream(directory + "/case.prm") << settings.used_parameters;
-  const ParticleBoundary boundary(scene.fem->mesh(), settings.body.material, settings.body.boundary_conditions, scene.packing);
+  const ParticleBoundary boundary(scene.fem->mesh(), settings.body.material, settings.body.boundary_conditions, scene.packing,
+                                  settings.body.surface_spacing);
   const Tool tool(scene.settings.tool, scene.packing.dim, scene.settings.bond.k_n, scene.packing.mean_diameter,
                   settings.body.material.density, comm);
   write_script({scene.settings, scene.packing, boundary, particle_settings(scene.settings, scene.packing, scene.dt, comm),

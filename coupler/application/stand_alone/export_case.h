@@ -19,7 +19,7 @@ struct ScriptContents
 
 constexpr const char *script_name = "in.kerf";
 
-/// Writes the script and particles.data into the existing directory @p directory. Paths in the script are relative to it.
+/// Writes the script, particles.data and areas of absorbing sides into the existing directory @p directory. Paths in the script are relative to it.
 /// Throws InputError.
 void write_script(const ScriptContents &contents, const std::string &directory);
 

@@ -8,6 +8,9 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <unordered_map>
+#include <utility>
 
 namespace kerf
 {
@@ -104,40 +107,43 @@ std::unique_ptr<dem::ScriptForce> make_tool(const std::vector<std::string> &argu
 class DashpotForce final : public dem::ScriptForce
 {
 public:
-  DashpotForce(const Vector3d &normal, double Z_p, double Z_s, double share) : dashpot{normal, share}, Z_p(Z_p), Z_s(Z_s) {}
+  DashpotForce(const Vector3d &normal, double Z_p, double Z_s, std::unordered_map<int, double> areas)
+    : normal(normal), Z_p(Z_p), Z_s(Z_s), areas(std::move(areas))
+  {
+  }
   void apply(dem::Phase, dem::Particles &particles, double, double) override
   {
     for (int i = 0; i < particles.n; ++i)
-    {
-      ParticleBoundary::Dashpot own = dashpot;
-      own.area *= flat ? 2. * particles.radius[i] : M_PI * particles.radius[i] * particles.radius[i];
-      particles.force.col(i) += dashpot_force(own, particles.weight[i], Z_p, Z_s, particles.velocity.col(i));
-    }
+      if (const auto area = areas.find(particles.index[i]); area != areas.end())
+        particles.force.col(i) += dashpot_force({normal, area->second}, Z_p, Z_s, particles.velocity.col(i));
   }
-  bool flat = true;
 
 private:
-  ParticleBoundary::Dashpot dashpot;
+  Vector3d normal;
   double Z_p, Z_s;
+  std::unordered_map<int, double> areas; // by index in the packing
 };
 
 std::unique_ptr<dem::ScriptForce> make_dashpot(const std::vector<std::string> &arguments, MPI_Comm)
 {
-  Words words(arguments, "'normal X Y Z Z_p IMPEDANCE Z_s IMPEDANCE share SHARE section diameter|circle'");
+  Words words(arguments, "'normal X Y Z Z_p IMPEDANCE Z_s IMPEDANCE areas FILE'");
   Vector3d normal;
   normal[0] = words.number("normal");
   normal[1] = words.number();
   normal[2] = words.number();
-  const double Z_p = words.not_negative("Z_p"), Z_s = words.not_negative("Z_s"), share = words.not_negative("share");
-  const std::string section = words.text("section");
+  const double Z_p = words.not_negative("Z_p"), Z_s = words.not_negative("Z_s");
+  const std::string name = words.text("areas");
   words.end();
   if (!(normal.norm() > 0.))
     words.fail("the normal is zero");
-  if (section != "diameter" && section != "circle")
-    words.fail("'" + section + "' is no section");
-  auto force = std::make_unique<DashpotForce>(normal.normalized(), Z_p, Z_s, share);
-  force->flat = section == "diameter";
-  return force;
+  std::ifstream file(name);
+  std::unordered_map<int, double> areas;
+  int tag = 0;
+  for (double area = 0.; file >> tag >> area;)
+    areas[tag - 1] = area;
+  if (areas.empty() || !file.eof())
+    words.fail(name + " cannot be read as lines of tag and area");
+  return std::make_unique<DashpotForce>(normal.normalized(), Z_p, Z_s, std::move(areas));
 }
 } // namespace
 

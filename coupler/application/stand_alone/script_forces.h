@@ -11,9 +11,9 @@ namespace kerf
 ///
 ///   kerf/tool case DIR k_n K             the tool of DIR/case.prm; f_NAME[1..3]: force of the rock on the tool [N],
 ///                                        f_NAME[4]: its power on the rock [W]
-///   kerf/dashpot normal X Y Z Z_p P Z_s S share A section diameter|circle
-///                                        absorbing boundary: -a (P v_n + S v_t) on each particle, P, S in Pa s/m, a = A times
-///                                        its section: the diameter in 2D, the circle in 3D
+///   kerf/dashpot normal X Y Z Z_p P Z_s S areas FILE
+///                                        absorbing boundary: -a (P v_n + S v_t), P, S in Pa s/m, on the particles whose tags
+///                                        and areas a [m^2], in two dimensions [m], are the lines of FILE
 const std::map<std::string, dem::ScriptForceMaker> &script_forces();
 
 /// kerf liggghts: a LIGGGHTS input script with the rock bond and the forces of kerf export. @param argv arguments of LIGGGHTS

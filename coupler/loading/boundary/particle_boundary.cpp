@@ -1,33 +1,32 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/loading/boundary/particle_boundary.h"
 
-#include "coupler/loading/boundary/tributary_areas.h"
+#include <algorithm>
 
 namespace kerf
 {
 using Eigen::Vector3d;
 
 ParticleBoundary::ParticleBoundary(const fem::Mesh &mesh, const fem::Material &rock,
-                                   const std::vector<fem::BoundaryCondition> &conditions, const dem::Packing &packing)
+                                   const std::vector<fem::BoundaryCondition> &conditions, const dem::Packing &packing,
+                                   const double spacing)
   : conditions(conditions), Z_p(rock.density * rock.speed_p()), Z_s(rock.density * rock.speed_s()), roles(packing.size())
 {
   for (const fem::BoundaryKind kind :
-       {fem::BoundaryKind::fixed, fem::BoundaryKind::velocity, fem::BoundaryKind::roller, fem::BoundaryKind::absorbing})
+       {fem::BoundaryKind::fixed, fem::BoundaryKind::velocity, fem::BoundaryKind::roller})
     for (std::size_t c = 0; c < conditions.size(); ++c)
     {
       if (conditions[c].kind != kind)
         continue;
-      for (const TributaryArea &share : tributary_areas(mesh, fem::selected_faces(mesh, conditions[c]), packing))
+      for (const ParticleAtFace &found : particles_at_faces(mesh, fem::selected_faces(mesh, conditions[c]), packing))
       {
-        Role &role = roles[share.particle];
-        if (kind == fem::BoundaryKind::absorbing)
-          role.dashpots.push_back({share.normal, share.area});
-        else if (role.held)
+        Role &role = roles[found.particle];
+        if (role.held)
           continue;
         else if (kind == fem::BoundaryKind::roller)
         {
           int axis = 0;
-          share.normal.cwiseAbs().maxCoeff(&axis); // rollers are parallel to the axes
+          found.normal.cwiseAbs().maxCoeff(&axis); // rollers are parallel to the axes
           role.blocked[axis] = true;
         }
         else
@@ -37,19 +36,29 @@ ParticleBoundary::ParticleBoundary(const fem::Mesh &mesh, const fem::Material &r
         }
       }
     }
-  for (Role &role : roles)
-  {
-    if (role.held)
-      role.dashpots.clear(); // nothing to absorb
-    n_on_boundary += !role.free();
-  }
+  for (const fem::BoundaryCondition &condition : conditions)
+    if (condition.kind == fem::BoundaryKind::absorbing)
+      absorbing_sides.emplace_back(mesh, fem::selected_faces(mesh, condition), packing, spacing);
+  update_dashpots();
+  n_on_boundary = static_cast<int>(std::count_if(roles.begin(), roles.end(), [](const Role &role) { return !role.free(); }));
 }
 
-Vector3d dashpot_force(const ParticleBoundary::Dashpot &dashpot, double weight, double impedance_p, double impedance_s,
+void ParticleBoundary::update_dashpots()
+{
+  for (Role &role : roles)
+    role.dashpots.clear();
+  for (const TributaryAreas &side : absorbing_sides)
+    for (const TributaryArea &share : side.areas())
+      if (!roles[share.particle].held) // else there is nothing to absorb
+        roles[share.particle].dashpots.push_back({share.normal, share.area});
+  planned_order = ~0ull;
+}
+
+Vector3d dashpot_force(const ParticleBoundary::Dashpot &dashpot, double impedance_p, double impedance_s,
                        const Vector3d &velocity)
 {
   const Vector3d normal_velocity = velocity.dot(dashpot.normal) * dashpot.normal;
-  return -dashpot.area * weight * (impedance_p * normal_velocity + impedance_s * (velocity - normal_velocity));
+  return -dashpot.area * (impedance_p * normal_velocity + impedance_s * (velocity - normal_velocity));
 }
 
 const std::vector<int> &ParticleBoundary::on_this_rank(const dem::Particles &particles)
@@ -70,7 +79,7 @@ void ParticleBoundary::damp(dem::Particles &particles, ParticleWork &absorbing)
   for (const int i : on_this_rank(particles))
     for (const Dashpot &dashpot : roles[particles.index[i]].dashpots)
     {
-      const Vector3d damping = dashpot_force(dashpot, particles.weight[i], Z_p, Z_s, particles.velocity.col(i));
+      const Vector3d damping = dashpot_force(dashpot, Z_p, Z_s, particles.velocity.col(i));
       particles.force.col(i) += damping;
       absorbing.add(particles, i, damping, Vector3d::Zero());
     }

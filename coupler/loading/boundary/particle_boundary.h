@@ -3,6 +3,7 @@
 
 #include "coupler/base/tied_particle.h"
 #include "coupler/energy/particle_work.h"
+#include "coupler/loading/boundary/tributary_areas.h"
 #include "dem_side/dem_side.h"
 #include "fem_side/fem_side.h"
 
@@ -11,20 +12,21 @@
 
 namespace kerf
 {
-/// The boundary conditions of the rock for the particles next to its boundary (tributary_areas()). A particle obeys the
+/// The boundary conditions of the rock for the particles next to its boundary (particles_at_faces()). A particle obeys the
 /// condition of its face, as a node on the face does. Where conditions meet, fixed takes precedence over velocity and velocity
 /// over roller, as for nodes.
 class ParticleBoundary
 {
 public:
+  /// @param spacing of the points of the surface [m], fem::Settings::surface_spacing
   ParticleBoundary(const fem::Mesh &mesh, const fem::Material &rock, const std::vector<fem::BoundaryCondition> &conditions,
-                   const dem::Packing &packing);
+                   const dem::Packing &packing, double spacing);
 
-  /// Share of an absorbing face: force = -area weight (Z_p v_n + Z_s v_t).
+  /// Share of an absorbing face: force = -area (Z_p v_n + Z_s v_t).
   struct Dashpot
   {
     Eigen::Vector3d normal; ///< of the face
-    double area;            ///< [m^2], 2D [m]
+    double area;            ///< reference area times weight [m^2], 2D [m]
   };
   /// Boundary conditions of one particle.
   struct Role
@@ -32,13 +34,17 @@ public:
     bool held = false;                                     ///< displacement and rotation are prescribed
     int driver = -1;                                       ///< held: condition that gives the velocity; -1: at rest
     std::array<bool, 3> blocked = {{false, false, false}}; ///< not held: directions of rollers
-    std::vector<Dashpot> dashpots;
+    std::vector<Dashpot> dashpots;                         ///< for the present weights
 
     bool free() const { return !held && !blocked[0] && !blocked[1] && !blocked[2] && dashpots.empty(); }
   };
   const Role &role(int index) const { return roles[index]; } ///< by index in the packing
   double impedance_p() const { return Z_p; }                 ///< rho c_p [Pa s/m]
   double impedance_s() const { return Z_s; }                 ///< rho c_s [Pa s/m]
+
+  /// Absorbing faces: their owner sets the weights and calls update_dashpots().
+  std::vector<TributaryAreas> &absorbing_areas() { return absorbing_sides; }
+  void update_dashpots();
 
   /// Adds the forces of the dashpots to the particles of this rank. Their work, which is negative, goes to @p absorbing, whose
   /// begin() was called.
@@ -59,6 +65,7 @@ private:
   double Z_p, Z_s;
   int n_on_boundary = 0;
   std::vector<Role> roles; // by index in the packing
+  std::vector<TributaryAreas> absorbing_sides;
 
   const std::vector<int> &on_this_rank(const dem::Particles &particles);
 
@@ -67,6 +74,6 @@ private:
 };
 
 /// Force of a dashpot on a particle [N]. Theory (9.18).
-Eigen::Vector3d dashpot_force(const ParticleBoundary::Dashpot &dashpot, double weight, double impedance_p, double impedance_s,
+Eigen::Vector3d dashpot_force(const ParticleBoundary::Dashpot &dashpot, double impedance_p, double impedance_s,
                               const Eigen::Vector3d &velocity);
 } // namespace kerf

@@ -1,26 +1,39 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/loading/boundary/particle_loads.h"
 
-#include "coupler/loading/boundary/tributary_areas.h"
-
 namespace kerf
 {
 ParticleLoads::ParticleLoads(const fem::Settings &body, const fem::Mesh &mesh, const dem::Packing &packing)
-  : conditions(body.boundary_conditions), gravity(body.gravity), gravity_ramp(body.gravity_ramp), pushes(packing.size())
+  : gravity(body.gravity), gravity_ramp(body.gravity_ramp), pushes(packing.size())
 {
   const Eigen::Matrix3d stress = fem::initial_state(body).first_piola;
-  for (std::size_t c = 0; c < conditions.size(); ++c)
+  for (const fem::BoundaryCondition &condition : body.boundary_conditions)
   {
-    const fem::BoundaryKind kind = conditions[c].kind;
-    const bool holds = (kind == fem::BoundaryKind::in_situ || kind == fem::BoundaryKind::absorbing) && stress.norm() > 0.;
-    if (kind != fem::BoundaryKind::traction && !holds)
+    const fem::BoundaryKind kind = condition.kind;
+    Load load;
+    load.ramp = condition.ramp;
+    load.held_before_start = kind == fem::BoundaryKind::in_situ || kind == fem::BoundaryKind::absorbing;
+    if (kind == fem::BoundaryKind::traction)
+      load.traction = condition.traction;
+    else if (load.held_before_start && stress.norm() > 0.)
+      load.stress = stress;
+    else
       continue;
-    for (const TributaryArea &share : tributary_areas(mesh, fem::selected_faces(mesh, conditions[c]), packing))
-    {
-      const Eigen::Vector3d traction = holds ? Eigen::Vector3d(stress * share.normal) : conditions[c].traction;
-      pushes[share.particle].push_back({static_cast<int>(c), holds, share.area * traction});
-    }
+    loads.push_back(load);
+    sides.emplace_back(mesh, fem::selected_faces(mesh, condition), packing, body.surface_spacing);
   }
+  update_forces();
+}
+
+void ParticleLoads::update_forces()
+{
+  for (std::vector<Push> &list : pushes)
+    list.clear();
+  for (std::size_t k = 0; k < loads.size(); ++k)
+    for (const TributaryArea &share : sides[k].areas())
+      pushes[share.particle].push_back(
+        {static_cast<int>(k), share.area * (loads[k].traction + loads[k].stress * share.normal)});
+  planned_order = ~0ull;
 }
 
 void ParticleLoads::apply(dem::Particles &particles, double time, ParticleWork &work)
@@ -41,8 +54,8 @@ void ParticleLoads::apply(dem::Particles &particles, double time, ParticleWork &
   for (const int i : local)
     for (const Push &push : pushes[particles.index[i]])
     {
-      const double start = push.held_before_start ? 1. : fem::smooth_start(time, conditions[push.condition].ramp);
-      add(i, particles.weight[i] * start * push.force);
+      const double start = loads[push.load].held_before_start ? 1. : fem::smooth_start(time, loads[push.load].ramp);
+      add(i, start * push.force);
     }
   if (gravity.norm() > 0.)
   {

@@ -2,9 +2,11 @@
 #include "coupler/loading/boundary/tributary_areas.h"
 
 #include "coupler/base/mesh_geometry.h"
+#include "dem_side/geometry/grid.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -20,6 +22,99 @@ constexpr double largest_gap = 0.5;
 /// Particles end at a face when their gap to it exceeds the smallest one by less than half a mean radius [mean diameters]. The
 /// rows of a lattice are farther apart, so only its last row ends there.
 constexpr double gap_range = 0.25;
+
+/// Points whose distances from two particles differ by less belong to both [mean diameters]; round-off of lattices.
+constexpr double equally_near = 1e-6;
+
+/// Normals that differ by less are the same; round-off.
+constexpr double same_direction = 1e-9;
+
+/// Search for the particles whose surfaces are nearest to a point.
+class NearestSurfaces
+{
+public:
+  NearestSurfaces(const dem::Packing &packing, const std::vector<int> &particles)
+    : packing(packing), largest_radius(0.), tolerance(equally_near * packing.mean_diameter)
+  {
+    for (const int i : particles)
+      largest_radius = std::max(largest_radius, packing.radii[i]);
+    Vector3d lower = Vector3d::Constant(1e300), upper = Vector3d::Constant(-1e300);
+    for (const int i : particles)
+    {
+      lower = lower.cwiseMin(packing.positions.col(i));
+      upper = upper.cwiseMax(packing.positions.col(i));
+    }
+    // Across a periodic axis the images of particles near the border are candidates, too.
+    const double margin = 4. * largest_radius;
+    Eigen::Array3i n_images = (packing.periodic.array() > 0.).cast<int>();
+    for (const int i : particles)
+      for (int z = -n_images[2]; z <= n_images[2]; ++z)
+        for (int y = -n_images[1]; y <= n_images[1]; ++y)
+          for (int x = -n_images[0]; x <= n_images[0]; ++x)
+          {
+            const Vector3d place = packing.positions.col(i) + Vector3d(x, y, z).cwiseProduct(packing.periodic);
+            if ((place.array() >= lower.array() - margin).all() && (place.array() <= upper.array() + margin).all())
+              candidates.push_back({i, place});
+          }
+    bins.lower = lower.array() - margin;
+    bins.cell_size = 2. * largest_radius;
+    for (int c = 0; c < 3; ++c)
+      bins.n_cells[c] = static_cast<int>((upper[c] + margin - bins.lower[c]) / bins.cell_size) + 1;
+    std::vector<int> bin_of;
+    for (const Candidate &candidate : candidates)
+      bin_of.push_back(bins.index(bins.cell_at(candidate.place)));
+    sorted = dem::CellSort(bin_of, bins.size());
+  }
+
+  /// The nearest particles, several if they are equally near.
+  std::vector<int> of(const Vector3d &point) const
+  {
+    std::vector<std::pair<double, int>> near;
+    double best = 1e300;
+    const std::array<int, 3> middle = bins.cell_at(point);
+    // Particles outside of the searched bins are at least reach bins away.
+    for (int reach = 1; best > (reach - 1) * bins.cell_size - largest_radius && reach <= longest_search(); ++reach)
+    {
+      near.clear();
+      std::array<int, 3> first, last;
+      for (int c = 0; c < 3; ++c)
+      {
+        first[c] = std::max(0, middle[c] - reach);
+        last[c] = std::min(bins.n_cells[c] - 1, middle[c] + reach);
+      }
+      for (int z = first[2]; z <= last[2]; ++z)
+        for (int y = first[1]; y <= last[1]; ++y)
+          for (int x = first[0]; x <= last[0]; ++x)
+            for (int k = sorted.first[bins.index(x, y, z)]; k < sorted.first[bins.index(x, y, z) + 1]; ++k)
+            {
+              const Candidate &candidate = candidates[sorted.order[k]];
+              const double distance = (point - candidate.place).norm() - packing.radii[candidate.particle];
+              if (distance < best + tolerance)
+                near.emplace_back(distance, candidate.particle);
+              best = std::min(best, distance);
+            }
+    }
+    std::vector<int> result;
+    for (const auto &[distance, particle] : near)
+      if (distance < best + tolerance)
+        result.push_back(particle);
+    return result;
+  }
+
+private:
+  struct Candidate
+  {
+    int particle;
+    Vector3d place;
+  };
+  int longest_search() const { return *std::max_element(bins.n_cells.begin(), bins.n_cells.end()); }
+
+  const dem::Packing &packing;
+  double largest_radius, tolerance;
+  std::vector<Candidate> candidates;
+  dem::Grid bins;
+  dem::CellSort sorted;
+};
 
 /// Geometry of a face of the boundary.
 struct Face
@@ -48,11 +143,12 @@ struct Face
 };
 } // namespace
 
-std::vector<TributaryArea> tributary_areas(const fem::Mesh &mesh, const std::vector<char> &faces, const dem::Packing &packing)
+std::vector<ParticleAtFace> particles_at_faces(const fem::Mesh &mesh, const std::vector<char> &faces,
+                                               const dem::Packing &packing)
 {
-  std::vector<TributaryArea> shares;
+  std::vector<ParticleAtFace> found;
   if (packing.size() == 0)
-    return shares;
+    return found;
   const double half_radius = gap_range * packing.mean_diameter;
   const double reach = packing.radii.maxCoeff() + half_radius + largest_gap * packing.mean_diameter;
   std::vector<int> by_x(packing.size());
@@ -67,13 +163,12 @@ std::vector<TributaryArea> tributary_areas(const fem::Mesh &mesh, const std::vec
     Vector3d normal;
   };
   std::vector<Near> candidates;
-  double face_area = 0., smallest_gap = largest_gap * packing.mean_diameter;
+  double smallest_gap = largest_gap * packing.mean_diameter;
   for (std::size_t f = 0; f < faces.size(); ++f)
   {
     if (!faces[f])
       continue;
     const Face face(mesh, mesh.boundary[f]);
-    face_area += face.area;
     for (auto it =
            std::lower_bound(by_x.begin(), by_x.end(), face.lower[0] - reach, [&](int i, double x) { return x_of(i) < x; });
          it != by_x.end() && x_of(*it) <= face.upper[0] + reach; ++it)
@@ -87,21 +182,115 @@ std::vector<TributaryArea> tributary_areas(const fem::Mesh &mesh, const std::vec
     }
   }
 
-  double section_area = 0.;
   std::vector<char> touching(packing.size(), 0);
   for (const Near &near : candidates)
   {
     if (touching[near.particle] || near.gap >= std::max(smallest_gap, 0.) + half_radius)
       continue;
     touching[near.particle] = 1;
-    const double radius = packing.radii[near.particle], section = mesh.dim == 2 ? 2. * radius : M_PI * radius * radius;
-    section_area += section;
-    shares.push_back({near.particle, near.normal, section});
+    found.push_back({near.particle, near.normal});
   }
-  for (TributaryArea &share : shares)
-    share.area *= face_area / section_area;
-  std::sort(shares.begin(), shares.end(),
-            [](const TributaryArea &a, const TributaryArea &b) { return a.particle < b.particle; });
-  return shares;
+  std::sort(found.begin(), found.end(),
+            [](const ParticleAtFace &a, const ParticleAtFace &b) { return a.particle < b.particle; });
+  return found;
+}
+
+TributaryAreas::TributaryAreas(const fem::Mesh &mesh, const std::vector<char> &faces, const dem::Packing &packing,
+                               const double spacing)
+  : packing(packing)
+{
+  for (const ParticleAtFace &found : particles_at_faces(mesh, faces, packing))
+    at_faces.push_back(found.particle);
+  std::vector<fem::FacePoints> of_faces;
+  Eigen::Index n_points = 0;
+  for (std::size_t f = 0; f < faces.size() && !at_faces.empty(); ++f)
+    if (faces[f])
+    {
+      of_faces.push_back(fem::face_points(mesh, mesh.boundary[f], spacing));
+      n_points += of_faces.back().position.cols();
+    }
+  positions.resize(3, n_points);
+  area_vectors.resize(3, n_points);
+  n_points = 0;
+  for (const fem::FacePoints &face : of_faces)
+  {
+    positions.middleCols(n_points, face.position.cols()) = face.position;
+    area_vectors.middleCols(n_points, face.position.cols()) = face.area;
+    n_points += face.position.cols();
+  }
+  if (at_faces.empty())
+    return;
+  const NearestSurfaces nearest(packing, at_faces);
+  for (int point = 0; point < n_points; ++point)
+  {
+    const std::vector<int> owners = nearest.of(positions.col(point));
+    for (const int owner : owners)
+      parts.push_back({point, owner, 1. / owners.size()});
+  }
+  std::stable_sort(parts.begin(), parts.end(), [](const Part &a, const Part &b) { return a.particle < b.particle; });
+  set_whole();
+}
+
+/// Sums of the weighted parts for each particle and normal. The work is proportional to the number of points.
+template <typename Weight, typename Owner>
+void TributaryAreas::add_up(const Weight &weight, const Owner &owner)
+{
+  shares.clear();
+  std::vector<TributaryArea> moved;
+  const auto add = [](std::vector<TributaryArea> &list, int particle, const Vector3d &normal, double area)
+  {
+    for (auto share = list.rbegin(); share != list.rend() && share->particle == particle; ++share)
+      if ((share->normal - normal).squaredNorm() < same_direction * same_direction)
+      {
+        share->area += area;
+        return;
+      }
+    list.push_back({particle, normal, area});
+  };
+  for (const Part &part : parts)
+  {
+    const double size = area_vectors.col(part.point).norm(), area = part.fraction * weight(part.point) * size;
+    if (area == 0.)
+      continue;
+    const Vector3d normal = area_vectors.col(part.point) / size;
+    if (const int particle = owner(part); particle == part.particle)
+      add(shares, particle, normal, area);
+    else if (particle >= 0)
+      moved.push_back({particle, normal, area});
+  }
+  if (moved.empty())
+    return;
+  std::vector<TributaryArea> all = std::move(shares);
+  all.insert(all.end(), moved.begin(), moved.end());
+  std::stable_sort(all.begin(), all.end(),
+                   [](const TributaryArea &a, const TributaryArea &b) { return a.particle < b.particle; });
+  shares.clear();
+  for (const TributaryArea &share : all)
+    add(shares, share.particle, share.normal, share.area);
+}
+
+void TributaryAreas::set_weights(const Eigen::VectorXd &weights, const std::vector<char> &takes)
+{
+  const auto nearest_that_takes = [&](const int point)
+  {
+    double smallest = 1e300;
+    int nearest = -1;
+    for (const int i : at_faces)
+      if (takes[i])
+        if (const double distance = packing.shortest(positions.col(point) - packing.positions.col(i)).norm() - packing.radii[i];
+            distance < smallest)
+        {
+          smallest = distance;
+          nearest = i;
+        }
+    return nearest;
+  };
+  add_up([&](int point) { return weights[point]; },
+         [&](const Part &part) { return takes[part.particle] ? part.particle : nearest_that_takes(part.point); });
+}
+
+void TributaryAreas::set_whole()
+{
+  add_up([](int) { return 1.; }, [](const Part &part) { return part.particle; });
 }
 } // namespace kerf

@@ -70,7 +70,8 @@ void Tool::push_particles(const RigidBody &body, dem::Particles &particles, doub
       continue;
     const Vector3d arm = -radius * surface.normal;
     const Vector3d rock_velocity = particles.velocity.col(i) + particles.angular_velocity.col(i).cross(arm);
-    const double stiffness = particles.weight[i] * particle_stiffness;
+    const double given = contact_weights.empty() ? -1. : contact_weights[particles.index[i]];
+    const double stiffness = (given < 0. ? particles.weight[i] : given) * particle_stiffness;
     const double damping = 2. * settings.damping * std::sqrt(stiffness * particles.mass[i]);
     const Vector3d force = contact_force(surface, rock_velocity, stiffness, damping, share);
     particles.force.col(i) += force;

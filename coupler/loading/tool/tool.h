@@ -9,6 +9,8 @@
 
 #include <array>
 #include <memory>
+#include <utility>
+#include <vector>
 
 namespace kerf
 {
@@ -30,6 +32,10 @@ public:
 
   /// Places the tool at @p time [s].
   void move_to(double time);
+
+  /// Weights of contact with particles, by index in the packing [-]; negative: that of the particle's centre, as for all
+  /// particles when the list is empty.
+  void set_contact_weights(std::vector<double> weights) { contact_weights = std::move(weights); }
 
   /// Adds contact forces to the particles of this rank and to the surface of the finite elements. Collective.
   /// @param rock_surface nullptr: there are no finite elements
@@ -72,6 +78,7 @@ private:
   std::vector<double> shares; // of each body's force in the load
   Load load;
   std::vector<int> touched_particles;
+  std::vector<double> contact_weights;
   fem::SurfacePoints points;
   Eigen::Matrix3Xd point_force;
 };

@@ -32,14 +32,22 @@ std::vector<std::vector<int>> cells_by_node(const fem::Mesh &mesh)
 constexpr double on_border = 1e-9;
 } // namespace
 
-Overlap::Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_points, const dem::Packing &packing,
-                 WeightFunction function, double width)
+Overlap::Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_points, const Eigen::Matrix3Xd &surface_points,
+                 const dem::Packing &packing, WeightFunction function, double width)
   : mesh(mesh), packing(packing), centres(cell_centres(mesh)), stored_bonds(packing), overlap_width(width), function(function),
     cells_of_node(cells_by_node(mesh)), converted(mesh.n_cells(), 0),
     particle_distance(mesh, packing.positions, width * (1. + 2. * on_border)),
-    quadrature_distance(mesh, quadrature_points, width), cell_distance(mesh, centres, width + 2. * packing.mean_diameter),
+    cell_distance(mesh, centres, width + 2. * packing.mean_diameter),
     particle_weight(Eigen::VectorXd::Zero(packing.size())), needed(packing.size(), 0)
 {
+  add_points(quadrature_points);
+  add_points(surface_points);
+}
+
+int Overlap::add_points(const Eigen::Matrix3Xd &points)
+{
+  point_distances.emplace_back(mesh, points, overlap_width);
+  return static_cast<int>(point_distances.size()) - 1;
 }
 
 void Overlap::convert(const std::vector<int> &cells)
@@ -50,7 +58,8 @@ void Overlap::convert(const std::vector<int> &cells)
       converted[cell] = 1;
       ++n_converted_cells;
       particle_distance.add_cell(cell);
-      quadrature_distance.add_cell(cell);
+      for (RegionDistance &distance : point_distances)
+        distance.add_cell(cell);
       cell_distance.add_cell(cell);
     }
   find_particles();
@@ -68,8 +77,10 @@ void Overlap::restore(const std::vector<int> &cells)
       converted[cell] = 0;
     }
   n_converted_cells = 0;
-  for (RegionDistance *distance : {&particle_distance, &quadrature_distance, &cell_distance})
-    distance->clear();
+  particle_distance.clear();
+  cell_distance.clear();
+  for (RegionDistance &distance : point_distances)
+    distance.clear();
   convert(left);
 }
 
@@ -119,6 +130,7 @@ double Overlap::share_of(const int particle) const
 
 void Overlap::find_particles()
 {
+  ++changes;
   const Eigen::VectorXd &phi = particle_distance.values();
   const double tolerance = on_border * overlap_width;
   const std::vector<char> border = on_region_border();
@@ -142,8 +154,8 @@ void Overlap::find_particles()
   }
 }
 
-Eigen::VectorXd Overlap::fe_weights() const
+Eigen::VectorXd Overlap::fe_weights_at(const int number) const
 {
-  return quadrature_distance.values().unaryExpr([this](double phi) { return fe_weight(function, phi, overlap_width); });
+  return point_distances[number].values().unaryExpr([this](double phi) { return fe_weight(function, phi, overlap_width); });
 }
 } // namespace kerf

@@ -16,10 +16,14 @@ namespace kerf
 class Overlap
 {
 public:
-  /// @p mesh and @p packing are kept by reference. @param quadrature_points of the finite elements of this rank [m]. @param
-  /// width L_o [m]
-  Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_points, const dem::Packing &packing,
-          WeightFunction function, double width);
+  /// @p mesh, @p packing and points are kept by reference. @param quadrature_points and @param surface_points of the finite
+  /// elements of this rank [m]. @param width L_o [m]
+  Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_points, const Eigen::Matrix3Xd &surface_points,
+          const dem::Packing &packing, WeightFunction function, double width);
+
+  /// Adds points whose weights are wanted [m], kept by reference. Call it before the first conversion. @return their number for
+  /// fe_weights_at()
+  int add_points(const Eigen::Matrix3Xd &points);
 
   /// Adds cells to the particle region. Cells that belong to it already are ignored.
   void convert(const std::vector<int> &cells);
@@ -29,10 +33,15 @@ public:
 
   bool is_converted(int cell) const { return converted[cell]; }
   int n_converted() const { return n_converted_cells; }
+  int n_changes() const { return changes; } ///< grows whenever weights may have changed
   double width() const { return overlap_width; }
 
   /// FE weight alpha at the quadrature points of this rank [-].
-  Eigen::VectorXd fe_weights() const;
+  Eigen::VectorXd fe_weights() const { return fe_weights_at(0); }
+  /// FE weight alpha at the points of the surface of this rank [-].
+  Eigen::VectorXd fe_surface_weights() const { return fe_weights_at(1); }
+  /// FE weight alpha at points that add_points() gave a number [-].
+  Eigen::VectorXd fe_weights_at(int number) const;
   /// DE weight of every stored particle [-], zero outside the particle region and the overlap.
   const Eigen::VectorXd &de_weights() const { return particle_weight; }
 
@@ -60,7 +69,9 @@ private:
   std::vector<std::vector<int>> cells_of_node;
   std::vector<char> converted;
   int n_converted_cells = 0;
-  RegionDistance particle_distance, quadrature_distance, cell_distance;
+  int changes = 0;
+  RegionDistance particle_distance, cell_distance;
+  std::vector<RegionDistance> point_distances; // quadrature points, points of the surface, then added ones
   Eigen::VectorXd particle_weight;
   std::vector<char> needed;
   std::vector<TiedParticle> tied;

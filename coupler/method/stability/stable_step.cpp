@@ -53,15 +53,18 @@ std::vector<char> particles_of(const Overlap &overlap, int n)
 double limit_of_overlap_around(const std::vector<int> &cells, const ModelSettings &settings, fem::FemSide &fem,
                                const dem::Packing &packing, Constraint &constraint, double guess, MPI_Comm comm)
 {
-  Overlap overlap(fem.mesh(), fem.quadrature_points(), packing, settings.overlap.weight_function, settings.overlap.width);
+  Overlap overlap(fem.mesh(), fem.quadrature_points(), fem.surface_positions(), packing, settings.overlap.weight_function,
+                  settings.overlap.width);
   overlap.convert(cells);
-  fem.set_weights(overlap.fe_weights());
-  const ParticleBoundary boundary(fem.mesh(), settings.body.material, settings.body.boundary_conditions, packing);
+  fem.set_weights(overlap.fe_weights(), overlap.fe_surface_weights());
+  const ParticleBoundary boundary(fem.mesh(), settings.body.material, settings.body.boundary_conditions, packing,
+                                  settings.body.surface_spacing);
   CoupledOperator model(bond_material(settings, packing), constraint, fem, packing, overlap,
                         boundary.movable(overlap.tied_particles()), particles_of(overlap, packing.size()),
                         part_around(fem.mesh(), cells, reach_of_overlap(settings, constraint)), comm);
   const double limit = model.stable_step(guess);
-  fem.set_weights(Eigen::VectorXd::Ones(fem.quadrature_points().cols()));
+  fem.set_weights(Eigen::VectorXd::Ones(fem.quadrature_points().cols()),
+                  Eigen::VectorXd::Ones(fem.surface_positions().cols()));
   return limit;
 }
 

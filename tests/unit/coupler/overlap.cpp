@@ -25,13 +25,14 @@ TEST(Overlap, WeightsSumToOne)
     packing.positions = points;
     packing.radii = Eigen::VectorXd::Constant(points.cols(), 0.1 * h);
     packing.mean_diameter = 0.2 * h;
-    Overlap overlap(fem.mesh(), points, packing, function, 2. * h);
+    Overlap overlap(fem.mesh(), points, points, packing, function, 2. * h);
     EXPECT_DOUBLE_EQ(overlap.fe_weights().minCoeff(), 1.);
     EXPECT_DOUBLE_EQ(overlap.de_weights().maxCoeff(), 0.);
     overlap.convert({5, 17, 40});
     overlap.convert({17, 18});
     EXPECT_EQ(overlap.n_converted(), 4);
     const Eigen::VectorXd sum = overlap.fe_weights() + overlap.de_weights();
+    EXPECT_EQ(overlap.fe_surface_weights(), overlap.fe_weights());
     for (int i = 0; i < sum.size(); ++i)
     {
       EXPECT_DOUBLE_EQ(sum[i], 1.);

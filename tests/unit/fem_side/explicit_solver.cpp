@@ -49,13 +49,9 @@ protected:
     return size * H;
   }
   /// Weights that differ from point to point, the same on any number of ranks.
-  Eigen::VectorXd uneven_weights() const
+  static double uneven_weight(const Eigen::Vector3d &x)
   {
-    const Eigen::Matrix3Xd &x = side->quadrature_points();
-    Eigen::VectorXd alpha(x.cols());
-    for (int i = 0; i < x.cols(); ++i)
-      alpha[i] = 0.5 + 0.45 * std::sin(40. * x(0, i)) * std::cos(55. * x(1, i) + 20. * x(2, i));
-    return alpha;
+    return 0.5 + 0.45 * std::sin(40. * x[0]) * std::cos(55. * x[1] + 20. * x[2]);
   }
   static double force_scale() { return rock().young * h; }
 
@@ -146,7 +142,7 @@ TEST_P(FemForces, ForcesAreObjective)
 // f = -dW/du along any direction, with uneven weights; central differences of a quartic energy are good to 1e-7 here.
 TEST_P(FemForces, ForceIsMinusDerivativeOfEnergy)
 {
-  side->set_weights(uneven_weights());
+  set_weights(*side, uneven_weight);
   const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.05 * h, 1, dim());
   const Eigen::Matrix3Xd direction = noise_field(n_nodes(), h, 2, dim());
   const Eigen::Matrix3Xd f = forces_of(u);
@@ -161,7 +157,7 @@ TEST_P(FemForces, ForceIsMinusDerivativeOfEnergy)
 
 TEST_P(FemForces, IsolatedBodyHasNoTotalForceOrMoment)
 {
-  side->set_weights(uneven_weights());
+  set_weights(*side, uneven_weight);
   const Eigen::Matrix3Xd u = noise_field(n_nodes(), 0.05 * h, 4, dim());
   const Eigen::Matrix3Xd f = forces_of(u);
   EXPECT_LT(f.rowwise().sum().norm(), 1e-12 * f.norm());
@@ -179,7 +175,7 @@ TEST_P(FemForces, HalfWeightHalvesForcesMassAndEnergy)
   const Eigen::Matrix3Xd mass = side->gather(NodalField::mass);
   const double energy = side->energies().elastic;
   const Eigen::Matrix<double, 6, Eigen::Dynamic> sigma = side->cell_stress().sigma;
-  side->set_weights(Eigen::VectorXd::Constant(side->quadrature_points().cols(), 0.5));
+  set_weights(*side, [](const Eigen::Vector3d &) { return 0.5; });
   EXPECT_LT((forces_of(u) - 0.5 * f).cwiseAbs().maxCoeff(), 1e-15 * force_scale());
   EXPECT_LT((side->gather(NodalField::mass) - 0.5 * mass).norm(), 1e-15 * mass.norm());
   EXPECT_NEAR(side->energies().elastic, 0.5 * energy, 1e-14 * energy);
@@ -212,10 +208,16 @@ TEST_P(FemForces, SmallStrainIsLinear)
 
 TEST_P(FemForces, WeightsOutOfRangeAreRefused)
 {
-  Eigen::VectorXd alpha = Eigen::VectorXd::Ones(side->quadrature_points().cols());
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(side->quadrature_points().cols()),
+                        on_surface = Eigen::VectorXd::Ones(side->surface_positions().cols());
+  Eigen::VectorXd alpha = ones;
   alpha[0] = -0.1;
-  EXPECT_THROW(side->set_weights(alpha), std::logic_error);
-  EXPECT_THROW(side->set_weights(Eigen::VectorXd::Ones(alpha.size() + 1)), std::logic_error);
+  EXPECT_THROW(side->set_weights(alpha, on_surface), std::logic_error);
+  EXPECT_THROW(side->set_weights(Eigen::VectorXd::Ones(alpha.size() + 1), on_surface), std::logic_error);
+  alpha = on_surface;
+  alpha[0] = 1.1;
+  EXPECT_THROW(side->set_weights(ones, alpha), std::logic_error);
+  EXPECT_THROW(side->set_weights(ones, Eigen::VectorXd::Ones(alpha.size() + 1)), std::logic_error);
 }
 
 // At three times the stable step the shortest wave grows by a factor of 30 in each step. Every rank gets the error.

@@ -12,7 +12,7 @@ using namespace kerf::fem::test;
 TEST(FemOutput, OneFileHoldsTheActiveCellsOfAllRanks)
 {
   const auto side = make_fem_side(box({0.8, 0.3, 0.}, 0.1));
-  side->set_weights((side->quadrature_points().row(0).array() < 0.3).cast<double>().transpose());
+  set_weights(*side, [](const Eigen::Vector3d &X) { return X[0] < 0.3 ? 1. : 0.; });
   const std::string path = (std::filesystem::temp_directory_path() / "kerf_fem_output_test.vtu").string();
   side->write_vtu(path, {{"distance", Eigen::VectorXd::LinSpaced(side->mesh().n_cells(), 0., 1.)}});
   MPI_Barrier(MPI_COMM_WORLD);

@@ -80,11 +80,9 @@ private:
   /// @param hole radius of what is switched off [h]
   void set_weights(const double hole)
   {
-    const Eigen::Matrix3Xd &X = side->quadrature_points();
-    Eigen::VectorXd alpha(X.cols());
-    for (int i = 0; i < X.cols(); ++i)
-      alpha[i] = std::min(1., std::max(0., (std::hypot(X(0, i) - 0.6, X(1, i) - 0.5) / h - hole) / 5.));
-    side->set_weights(alpha);
+    kerf::fem::test::set_weights(*side,
+                           [&](const Eigen::Vector3d &X)
+                           { return std::clamp((std::hypot(X[0] - 0.6, X[1] - 0.5) / h - hole) / 5., 0., 1.); });
   }
   double make_stable() const { return side->stable_step(); }
 

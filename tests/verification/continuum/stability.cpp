@@ -29,16 +29,6 @@ void expect_sharp_limit(FemSide &side, const char *what)
   EXPECT_LT(energy_ratio(side, 0.99 * limit, 2000), 60.) << what;
   EXPECT_GT(energy_ratio(side, 1.01 * limit, 100), 1e6) << what;
 }
-
-template <typename Weight>
-void set_weights(FemSide &side, const Weight &weight)
-{
-  const Eigen::Matrix3Xd &X = side.quadrature_points();
-  Eigen::VectorXd alpha(X.cols());
-  for (int i = 0; i < X.cols(); ++i)
-    alpha[i] = weight(X(0, i), X(1, i));
-  side.set_weights(alpha);
-}
 } // namespace
 
 namespace
@@ -105,7 +95,7 @@ TEST(FemStability, StableStepOfSquareAndCubeCells)
   const double exact_plane = 2. / std::sqrt(largest_frequency_squared({25, 16, 0}, 2, h));
   EXPECT_NEAR(plane->stable_step(), exact_plane, 6e-4 * exact_plane);
   // The limit does not depend on a common weight.
-  set_weights(*plane, [](double, double) { return 0.3; });
+  set_weights(*plane, [](const Eigen::Vector3d &) { return 0.3; });
   EXPECT_NEAR(plane->stable_step(), exact_plane, 6e-4 * exact_plane);
 
   const auto solid = make_fem_side(on_rollers({0.1, 0.08, 0.07}, h));
@@ -132,9 +122,9 @@ TEST_P(FemStabilityOfIntegration, LimitIsSharp)
   settings.integration = GetParam();
   const auto uniform = make_fem_side(settings);
   expect_sharp_limit(*uniform, "uniform");
-  set_weights(*uniform, [](const double x, double) { return std::min(1., std::max(0., (x - 0.055) / 0.1)); });
+  set_weights(*uniform, [](const Eigen::Vector3d &X) { return std::min(1., std::max(0., (X[0] - 0.055) / 0.1)); });
   expect_sharp_limit(*uniform, "linear weight with a nearly empty edge");
-  set_weights(*uniform, [](const double x, const double y) { return std::hypot(x - 0.1, y - 0.15) < 0.06 ? 0. : 1.; });
+  set_weights(*uniform, [](const Eigen::Vector3d &X) { return std::hypot(X[0] - 0.1, X[1] - 0.15) < 0.06 ? 0. : 1.; });
   expect_sharp_limit(*uniform, "hole");
 
   settings.boundary_conditions = {condition(0, BoundaryKind::fixed), condition(2, BoundaryKind::roller)};
@@ -160,7 +150,7 @@ TEST_P(FemStabilityOfIntegration, LimitIsSharp)
   solid.mesh.fine_upper = {0.03, 0.04, 0.01};
   solid.mesh.growth = 1.3;
   const auto graded_solid = make_fem_side(solid);
-  set_weights(*graded_solid, [](const double x, double) { return std::min(1., std::max(0., (x - 0.012) / 0.02)); });
+  set_weights(*graded_solid, [](const Eigen::Vector3d &X) { return std::min(1., std::max(0., (X[0] - 0.012) / 0.02)); });
   expect_sharp_limit(*graded_solid, "graded in space, with weights");
 
   const MshFile solid_file("stability_solid");
@@ -182,7 +172,7 @@ TEST(FemStability, AbsorbingBoundariesDoNotLowerTheLimit)
   for (int id = 0; id < 4; ++id)
     settings.boundary_conditions.push_back(condition(id, BoundaryKind::absorbing));
   const auto side = make_fem_side(settings);
-  set_weights(*side, [](const double x, double) { return x < 0.05 ? 0.02 : 1.; });
+  set_weights(*side, [](const Eigen::Vector3d &X) { return X[0] < 0.05 ? 0.02 : 1.; });
   EXPECT_LT(energy_ratio(*side, 0.999 * side->stable_step(), 1000), 1.);
 }
 
@@ -233,7 +223,7 @@ TEST_P(FemEnergyBalance, HoldsOverTenThousandSteps)
   pull.ramp = 1e-3;
   settings.boundary_conditions = {condition(0, BoundaryKind::fixed), pull};
   const auto side = make_fem_side(settings);
-  set_weights(*side, [](const double x, double) { return x < 0.1 ? 0.4 : 1.; });
+  set_weights(*side, [](const Eigen::Vector3d &X) { return X[0] < 0.1 ? 0.4 : 1.; });
   const double dt = 0.5 * side->stable_step();
   double worst = 0., input = 0.;
   for (int n = 1; n <= 10000; ++n)

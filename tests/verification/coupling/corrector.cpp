@@ -47,10 +47,10 @@ struct Springs
   explicit Springs(const Case &the_case) : Springs(the_case, dem::generate_packing(the_case.packing)) {}
   Springs(const Case &the_case, const dem::Packing &store)
     : settings(the_case), packing(store), fem(Body::make_fem(settings)),
-      overlap(fem->mesh(), fem->quadrature_points(), packing, WeightFunction::linear, settings.overlap.width)
+      overlap(fem->mesh(), fem->quadrature_points(), fem->surface_positions(), packing, WeightFunction::linear, settings.overlap.width)
   {
     overlap.convert(cells_inside(fem->mesh(), settings.fixed_region));
-    fem->set_weights(overlap.fe_weights());
+    fem->set_weights(overlap.fe_weights(), overlap.fe_surface_weights());
     constraint = make_constraint(constraint_model(settings, packing, MPI_COMM_WORLD));
     constraint->set_time_step(1e-7);
     constraint->set_particles(overlap.tied_particles());
@@ -212,7 +212,7 @@ TEST_P(Corrected, FollowsTheMasses)
   Vector3d &front = springs.settings.fixed_region[0].upper;
   front[0] += springs.settings.body.mesh.cell_size;
   springs.overlap.convert(cells_inside(springs.fem->mesh(), springs.settings.fixed_region));
-  springs.fem->set_weights(springs.overlap.fe_weights());
+  springs.fem->set_weights(springs.overlap.fe_weights(), springs.overlap.fe_surface_weights());
   springs.constraint->set_particles(springs.overlap.tied_particles());
   const auto moved = springs.at(x, u);
   const Eigen::VectorXd after = springs.stiffness();

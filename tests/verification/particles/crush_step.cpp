@@ -44,7 +44,7 @@ Crushed crush(const dem::Packing &packing, double k_t_ratio, double fraction_of_
   for (const int id : {0, 1, 4, 5})
     if (id < 2 * packing.dim)
       conditions.push_back({id, "", fem::BoundaryKind::roller});
-  ParticleBoundary boundary(fem->mesh(), settings.body.material, conditions, packing);
+  ParticleBoundary boundary(fem->mesh(), settings.body.material, conditions, packing, 0.25 * packing.mean_diameter);
 
   const double dt = fraction_of_step * kerf::test::stable_steps_of(settings, Mode::dem, *fem, packing).dem;
   const dem::Settings particles = particle_settings(settings, packing, dt, MPI_COMM_SELF);

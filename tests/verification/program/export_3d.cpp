@@ -98,7 +98,8 @@ void expect_same_motion(const dem::Packing &packing, const std::vector<fem::Boun
   settings.packing_file = directory + "/store.h5";
   dem::save_packing(packing, settings.packing_file);
 
-  ParticleBoundary boundary(fem->mesh(), settings.body.material, settings.body.boundary_conditions, packing);
+  ParticleBoundary boundary(fem->mesh(), settings.body.material, settings.body.boundary_conditions, packing,
+                            0.25 * packing.mean_diameter);
   constexpr int steps = 1000;
   ParticleWork driven(particles.time_step, MPI_COMM_SELF), absorbed(particles.time_step, MPI_COMM_SELF);
   int n = 0;
