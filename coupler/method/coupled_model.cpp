@@ -39,7 +39,7 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
   : settings(settings), mode(mode), fem_side(fem), dt(dt), comm(comm),
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), packing, settings.overlap.weight_function, settings.overlap.width),
-    activation(settings.activation, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
+    activation(settings.activation, settings.body.material, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
     return_rule(settings.activation, settings.body.material.poisson, fem.mesh(), packing, virial_stress, comm),
     boundary(fem.mesh(), settings.body.material, settings.body.boundary_conditions, packing),
     loads(settings.body, fem.mesh(), packing),
@@ -53,6 +53,8 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
     absorbing_work(dt, comm)
 {
   constraint->set_time_step(dt);
+  // A surface node has the lumped mass of half a cell. Finer cells than particles take less.
+  cutter.set_time_step(dt, std::min(packing.mean_diameter, 0.5 * smallest_edge(fem.mesh())));
 }
 
 void CoupledModel::start()
@@ -65,6 +67,8 @@ void CoupledModel::start()
   }
   else if (mode == Mode::fixed)
     cells = cells_inside(fem_side.mesh(), settings.fixed_region);
+  else if (mode == Mode::adaptive)
+    cells = activation.cells_below_tool(regions, cells_near_tool());
   fem_side.compute_forces();
   if (!cells.empty())
   {
@@ -165,12 +169,20 @@ bool CoupledModel::adapt()
     return false;
   clock.begin_whole(Part::activation);
   const std::size_t n_events = activation_events.size();
-  if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions); !cells.empty())
+  if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions, cells_near_tool()); !cells.empty())
     record(conversion.convert(cells));
   else if (return_rule.due(now))
     return_to_continuum(return_rule.cells_to_return(fem_side, regions, *dem_side, now));
   clock.end_whole();
   return activation_events.size() > n_events;
+}
+
+/// Cells of this rank that the tool may touch before the next check. Particles stand off the surface by less than a diameter.
+std::vector<NearCell> CoupledModel::cells_near_tool() const
+{
+  if (!cutter.present())
+    return {};
+  return cutter.near_cells(fem_side, settings.mean_diameter, settings.activation.check_interval * dt);
 }
 
 void CoupledModel::activate(std::vector<int> cells)

@@ -51,6 +51,7 @@ Surface<dim>::Surface(const NodalSpace<dim> &space, double spacing)
     SurfaceFace<dim> face;
     face.number = static_cast<int>(number);
     face.owned_cell = cell->second;
+    face.cell = boundary.cell;
     const auto X = face_positions<dim>(space.mesh, boundary);
     const q1::Point<dim> outwards = X * q1::shape_values<dim - 1>(q1::Point<dim - 1>::Zero()) -
                                     space.cell_nodes(boundary.cell) * q1::shape_values<dim>(q1::Point<dim>::Zero());
@@ -114,6 +115,7 @@ void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Ve
   points.area.resize(n_points);
   points.normal.setZero(3, n_points);
   points.weight.resize(n_points);
+  points.cell.resize(n_points);
   Eigen::Index point = 0;
   for (std::size_t k = 0; k < found.size(); ++k)
   {
@@ -131,6 +133,7 @@ void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Ve
                      points.normal.col(point).template head<dim>() =
                        face.turn * q1::area_vector<dim>(current[k], xi).normalized();
                      points.weight[point] = face.alpha;
+                     points.cell[point] = face.cell;
                      ++point;
                    });
   }

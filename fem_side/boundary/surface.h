@@ -13,6 +13,7 @@ struct SurfaceFace
 
   int number = 0;                       ///< among the faces of the mesh's boundary
   int owned_cell = 0;                   ///< number of the cell among the owned ones
+  int cell = 0;                         ///< number of the cell in the mesh
   std::array<int, n> dofs;              ///< local position of the first component of each node
   std::array<double, n> area;           ///< reference area of each point [m^2] (2D: [m] per metre)
   std::array<q1::Point<dim>, n> normal; ///< outer
