@@ -218,6 +218,7 @@ struct SurfacePoints
   Eigen::Matrix3Xd velocity; ///< [m/s]
   Eigen::VectorXd area;      ///< alpha-weighted reference area of the point [m^2] (2D: [m] per metre)
   Eigen::Matrix3Xd normal;   ///< outer unit normal
+  std::vector<int> cell;     ///< number in the mesh of the cell behind the face
   Eigen::VectorXd weight;    ///< alpha at the point [-]
 };
 

@@ -40,7 +40,7 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
     dem_side(std::make_unique<dem::DemSide>(particle_settings(settings, packing, dt, comm))),
     regions(fem.mesh(), fem.quadrature_points(), fem.surface_positions(), packing, settings.overlap.weight_function,
             settings.overlap.width),
-    activation(settings.activation, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
+    activation(settings.activation, settings.body.material, fem.mesh(), comm), virial_stress(fem.mesh(), packing, comm),
     return_rule(settings.activation, settings.body.material.poisson, fem.mesh(), packing, virial_stress, comm),
     boundary(fem.mesh(), settings.body.material, settings.body.boundary_conditions, packing, settings.body.surface_spacing),
     loads(settings.body, fem.mesh(), packing),
@@ -56,6 +56,8 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
     absorbing_work(dt, comm)
 {
   constraint->set_time_step(dt);
+  // A surface node has the lumped mass of half a cell. Finer cells than particles take less.
+  cutter.set_time_step(dt, std::min(packing.mean_diameter, 0.5 * smallest_edge(fem.mesh())));
   for (std::vector<TributaryAreas> *list : {&loads.loaded_areas(), &boundary.absorbing_areas()})
     for (TributaryAreas &areas : *list)
       tributaries.emplace_back(&areas, regions.add_points(areas.points()));
@@ -111,6 +113,8 @@ void CoupledModel::start()
   }
   else if (mode == Mode::fixed)
     cells = cells_inside(fem_side.mesh(), settings.fixed_region);
+  else if (mode == Mode::adaptive)
+    cells = activation.cells_below_tool(regions, cells_near_tool());
   fem_side.compute_forces();
   if (!cells.empty())
   {
@@ -212,12 +216,20 @@ bool CoupledModel::adapt()
     return false;
   clock.begin_whole(Part::activation);
   const std::size_t n_events = activation_events.size();
-  if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions); !cells.empty())
+  if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions, cells_near_tool()); !cells.empty())
     record(conversion.convert(cells));
   else if (return_rule.due(now))
     return_to_continuum(return_rule.cells_to_return(fem_side, regions, *dem_side, now));
   clock.end_whole();
   return activation_events.size() > n_events;
+}
+
+/// Cells of this rank that the tool may touch before the next check. Particles stand off the surface by less than a diameter.
+std::vector<NearCell> CoupledModel::cells_near_tool() const
+{
+  if (!cutter.present())
+    return {};
+  return cutter.near_cells(fem_side, settings.mean_diameter, settings.activation.check_interval * dt);
 }
 
 void CoupledModel::activate(std::vector<int> cells)

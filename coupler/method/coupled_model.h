@@ -42,8 +42,9 @@ public:
   /// Advances by @p steps time steps. Collective.
   void advance(int steps);
 
-  /// In mode adaptive, converts the cells whose stress exceeds sigma*. If there are none, unloaded particle cells return to the
-  /// continuum (Adaptivity/Return fraction). Returns whether cells were converted in either direction. Collective.
+  /// In mode adaptive, converts the cells whose stress exceeds sigma* and those that the tool is about to touch. If there are
+  /// none, unloaded particle cells return to the continuum (Adaptivity/Return fraction). Returns whether cells were converted
+  /// in either direction. Collective.
   bool adapt();
 
   /// Converts @p cells to particles regardless of their stress, for studies. Collective.
@@ -74,6 +75,7 @@ public:
   StepTimer &timer() { return clock; }
 
 private:
+  std::vector<NearCell> cells_near_tool() const;
   void cycle(dem::Phase phase, dem::Particles &particles);
   void update_surface_weights();
   /// Enters the energy change of a conversion into the ledger.

@@ -85,6 +85,7 @@ Surface<dim>::Surface(const NodalSpace<dim> &space, const double spacing)
     const FaceGeometry<dim> geometry(space.mesh, boundary, spacing);
     SurfaceFace<dim> face;
     face.number = static_cast<int>(number);
+    face.cell = boundary.cell;
     for (int a = 0; a < n; ++a)
       face.dofs[a] = space.local_dof(boundary.nodes[a]);
     face.turn = geometry.turn;
@@ -152,6 +153,7 @@ void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Ve
   found_points.area.resize(n_points);
   found_points.normal.setZero(3, n_points);
   found_points.weight.resize(n_points);
+  found_points.cell.resize(n_points);
   Eigen::Index k = 0;
   for (std::size_t i = 0; i < found.size(); ++i)
   {
@@ -169,6 +171,7 @@ void Surface<dim>::find_points(const double *u, const double *v, const Eigen::Ve
                      found_points.normal.col(k).template head<dim>() =
                        face.turn * q1::area_vector<dim>(current[i], xi).normalized();
                      found_points.weight[k] = alpha[point];
+                     found_points.cell[k] = face.cell;
                      ++k;
                    });
   }

@@ -136,7 +136,6 @@ private:
     result.tool.kind = ToolKind::platens;
     result.tool.closing_speed = strain * result.body.mesh.upper[1] / duration;
     result.tool.smoothing_time = 0.1 * duration;
-    result.tool.stiffness_ratio = 1.;
     result.tool.damping = 0.1;
     result.end_time = longest(brazilian) * duration;
     result.time_step = 0.;

@@ -519,6 +519,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
                                                                {"mohr_coulomb", Criterion::mohr_coulomb},
                                                                {"drucker_prager", Criterion::drucker_prager}});
   result.activation.sigma_star = reader.number("Adaptivity", "Sigma star");
+  result.activation.by_contact = reader.flag("Adaptivity", "Contact activation");
   result.activation.check_interval = reader.integer("Adaptivity", "Check interval");
   result.activation.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");
   result.activation.event_fraction = reader.number("Adaptivity", "Event fraction");

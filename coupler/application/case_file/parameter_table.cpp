@@ -231,6 +231,10 @@ const std::vector<Parameter> &parameter_table()
       "Labra, Rojek & Onate, eq. (5)"),
     entry("Adaptivity", "Sigma star", "4e6", positive(), "Pa", "a cell is converted to particles when sigma > sigma*",
           "Labra, Rojek & Onate, eq. (5)"),
+    entry("Adaptivity", "Contact activation", "true", flag(), "-",
+          "cells that are too coarse for their contact with a round tool are converted before the tool touches them; platens "
+          "convert none. false: by sigma* only",
+          ""),
     entry("Adaptivity", "Check interval", "20", whole_number(1, 1000000), "steps", "steps between two checks of sigma", ""),
     entry("Adaptivity", "Relaxation steps", "10", whole_number(0, 1000), "-",
           "iterations that move new particles to equilibrium at constant time; 0: the particles stay as projected", ""),
@@ -266,7 +270,9 @@ const std::vector<Parameter> &parameter_table()
           "the path is averaged over this time, and platens reach their speed in it, so that the velocity has no jumps", ""),
     entry("Tool", "Rolling", "true", flag(), "-", "the disc rolls without slip on its path; false: it does not rotate", ""),
     entry("Tool", "Closing speed", "0.1", positive(), "m/s", "relative speed of the platens; each moves at half of it", ""),
-    entry("Tool", "Stiffness ratio", "1", positive(), "-", "contact stiffness between tool and particle / bond stiffness k_n",
+    entry("Tool", "Stiffness ratio", "0", not_negative(), "-",
+          "contact stiffness between tool and particle / bond stiffness k_n, which lowers the stable step; 0: as stiff as the "
+          "time step allows, at least about 5 k_n at Time/Safety = 0.7",
           ""),
     entry("Tool", "Friction", "0.3", not_negative(), "-", "Coulomb coefficient between tool and rock", ""),
     entry("Tool", "Damping ratio", "0.1", between(0., 1.), "-", "tool contact damping / critical damping", ""),

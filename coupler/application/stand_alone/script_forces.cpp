@@ -73,8 +73,9 @@ public:
     if (!tool.present())
       throw InputError("the case has no tool");
   }
-  void apply(dem::Phase phase, dem::Particles &particles, double time, double) override
+  void apply(dem::Phase phase, dem::Particles &particles, double time, double dt) override
   {
+    tool.set_time_step(dt, 0.);
     if (phase == dem::Phase::step)
       tool.move_to(time);
     tool.apply(particles, nullptr);

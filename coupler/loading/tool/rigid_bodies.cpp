@@ -54,16 +54,16 @@ void Platen::move_to(double time)
 {
   // Half a cosine wave: s(t) = v (t - sin(pi t/T) T/pi)/2 while it lasts.
   if (time <= 0.)
-    y = start, speed = 0.;
+    y = start, velocity = 0.;
   else if (time < ramp)
   {
     const double phase = M_PI * time / ramp;
-    speed = 0.5 * full_speed * (1. - std::cos(phase));
+    velocity = 0.5 * full_speed * (1. - std::cos(phase));
     y = start + 0.5 * full_speed * (time - std::sin(phase) * ramp / M_PI);
   }
   else
   {
-    speed = full_speed;
+    velocity = full_speed;
     y = start + full_speed * (time - 0.5 * ramp);
   }
 }
@@ -71,7 +71,7 @@ void Platen::move_to(double time)
 NearestSurface Platen::nearest(const Vector3d &point) const
 {
   const double side = full_speed >= 0. ? 1. : -1.;
-  return {side * (point[1] - y), side * Vector3d::UnitY(), speed * Vector3d::UnitY()};
+  return {side * (point[1] - y), side * Vector3d::UnitY(), velocity * Vector3d::UnitY()};
 }
 
 Box Platen::bounds(double reach) const

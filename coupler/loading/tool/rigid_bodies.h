@@ -5,6 +5,9 @@
 #include "coupler/loading/tool/tool_path.h"
 #include "coupler/loading/tool/tool_settings.h"
 
+#include <cmath>
+#include <limits>
+
 namespace kerf
 {
 /// The place of a rigid body's surface that is nearest to a point.
@@ -24,6 +27,10 @@ public:
   virtual NearestSurface nearest(const Eigen::Vector3d &point) const = 0;
   /// Box around all points with a gap below @p reach [m].
   virtual Box bounds(double reach) const = 0;
+  /// Smallest radius of curvature of the surface, infinite for a plane [m].
+  virtual double curvature_radius() const = 0;
+  /// Speed of the body without its rotation [m/s].
+  virtual double speed() const = 0;
 };
 
 /// Disc cutter with its axis along z. Its shape is a flat disc grown by half of the width, so that the rim is round; without a
@@ -35,6 +42,8 @@ public:
   void move_to(double time) override;
   NearestSurface nearest(const Eigen::Vector3d &point) const override;
   Box bounds(double reach) const override;
+  double curvature_radius() const override { return width > 0. ? 0.5 * width : radius; }
+  double speed() const override { return velocity.norm(); }
 
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
   double spin = 0., angle = 0.; ///< about z [rad/s], [rad]
@@ -58,8 +67,10 @@ public:
   void move_to(double time) override;
   NearestSurface nearest(const Eigen::Vector3d &point) const override;
   Box bounds(double reach) const override;
+  double curvature_radius() const override { return std::numeric_limits<double>::infinity(); }
+  double speed() const override { return std::abs(velocity); }
 
   const double start, full_speed, ramp;
-  double y, speed = 0.;
+  double y, velocity = 0.; // along y [m], [m/s]
 };
 } // namespace kerf

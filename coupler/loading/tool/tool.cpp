@@ -18,7 +18,7 @@ double surface_stiffness(const ToolSettings &settings, int dim, double k_n, doub
 }
 
 Tool::Tool(const ToolSettings &settings, int dim, double k_n, double mean_diameter, double density, MPI_Comm comm)
-  : settings(settings), law{settings.friction}, particle_stiffness(settings.stiffness_ratio * k_n),
+  : settings(settings), law{settings.friction}, particle_stiffness(settings.stiffness_ratio * k_n), density(density),
     surface_stiffness(kerf::surface_stiffness(settings, dim, k_n, mean_diameter)),
     surface_damping(2. * settings.damping *
                     std::sqrt(density * surface_resolution::particle_spacing * mean_diameter * surface_stiffness)),
@@ -37,6 +37,17 @@ Tool::Tool(const ToolSettings &settings, int dim, double k_n, double mean_diamet
     shares = {-0.5, 0.5};
   }
   move_to(0.);
+}
+
+void Tool::set_time_step(double dt, double layer)
+{
+  if (settings.stiffness_ratio > 0.)
+    return;
+  // A spring beta m/dt^2 with a dashpot 2 xi sqrt(k m) adds beta + 4 xi sqrt(beta) to omega^2 dt^2.
+  const double root = std::sqrt(4. * settings.damping * settings.damping + contact_share_of_step) - 2. * settings.damping;
+  mass_stiffness = root * root / (dt * dt);
+  surface_stiffness = mass_stiffness * density * layer;
+  surface_damping = 2. * settings.damping * density * layer * std::sqrt(mass_stiffness);
 }
 
 void Tool::move_to(double time)
@@ -71,7 +82,10 @@ void Tool::push_particles(const RigidBody &body, dem::Particles &particles, doub
     const Vector3d arm = -radius * surface.normal;
     const Vector3d rock_velocity = particles.velocity.col(i) + particles.angular_velocity.col(i).cross(arm);
     const double given = contact_weights.empty() ? -1. : contact_weights[particles.index[i]];
-    const double stiffness = (given < 0. ? particles.weight[i] : given) * particle_stiffness;
+    const double weight = particles.weight[i], contact_weight = given < 0. ? weight : given;
+    // A stiffness that follows the mass has no more than its share of the stable step.
+    const double stiffness = mass_stiffness > 0. ? mass_stiffness * particles.mass[i] * std::min(1., contact_weight / weight)
+                                                 : contact_weight * particle_stiffness;
     const double damping = 2. * settings.damping * std::sqrt(stiffness * particles.mass[i]);
     const Vector3d force = contact_force(surface, rock_velocity, stiffness, damping, share);
     particles.force.col(i) += force;
@@ -104,6 +118,23 @@ void Tool::apply(dem::Particles &particles, fem::SurfaceContact *rock_surface)
     if (rock_surface)
       push_surface(*bodies[b], *rock_surface, shares[b]);
   }
+}
+
+std::vector<NearCell> Tool::near_cells(const fem::SurfaceContact &rock_surface, double reach, double duration) const
+{
+  std::vector<NearCell> cells;
+  for (const auto &body : bodies)
+  {
+    const double distance = reach + duration * body->speed();
+    const Box box = body->bounds(distance);
+    const auto near = [&](const Vector3d &centre, double radius) { return body->nearest(centre).gap < radius + distance; };
+    fem::SurfacePoints found;
+    rock_surface.surface_points(box.lower, box.upper, near, found);
+    for (int q = 0; q < found.position.cols(); ++q)
+      if ((cells.empty() || cells.back().cell != found.cell[q]) && body->nearest(found.position.col(q)).gap < distance)
+        cells.push_back({found.cell[q], body->curvature_radius()});
+  }
+  return cells;
 }
 
 std::array<double, 2> Tool::platens() const

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/base/near_cell.h"
 #include "coupler/loading/contact_law.h"
 #include "coupler/loading/tool/rigid_bodies.h"
 #include "coupler/loading/tool/tool_settings.h"
@@ -14,8 +15,12 @@
 
 namespace kerf
 {
-/// Stiffness per area of the contact between tool and surface of the finite elements [N/m^3]. It is that of a layer of
-/// particles, see surface_resolution::particle_spacing.
+/// What a contact whose stiffness follows the time step adds to omega^2 dt^2 of what it touches, whose limit is 4: that of its
+/// spring and of its dashpot together. A safety of 0.7 leaves 2.04. Theory (9.21).
+constexpr double contact_share_of_step = 1.4;
+
+/// Stiffness per area of the contact between tool and surface of the finite elements, for a given stiffness ratio [N/m^3]. It
+/// is that of a layer of particles, see surface_resolution::particle_spacing.
 /// @param k_n normal bond stiffness [N/m] (2D: per metre)
 /// @param mean_diameter of the particles [m]
 double surface_stiffness(const ToolSettings &settings, int dim, double k_n, double mean_diameter);
@@ -30,6 +35,11 @@ public:
   /// @param density of the rock [kg/m^3]
   Tool(const ToolSettings &settings, int dim, double k_n, double mean_diameter, double density, MPI_Comm comm);
 
+  /// Makes the contact as stiff as the step @p dt [s] allows, unless the settings give a stiffness ratio. Theory (9.20),
+  /// (9.21).
+  /// @param layer thickness of the layer of rock whose mass the surface of the finite elements offers to the contact [m]
+  void set_time_step(double dt, double layer);
+
   /// Places the tool at @p time [s].
   void move_to(double time);
 
@@ -40,6 +50,10 @@ public:
   /// Adds contact forces to the particles of this rank and to the surface of the finite elements. Collective.
   /// @param rock_surface nullptr: there are no finite elements
   void apply(dem::Particles &particles, fem::SurfaceContact *rock_surface);
+
+  /// Cells of this rank with a part of their outer surface within @p reach [m] of the tool or of where it may be after
+  /// @p duration [s]. Some may be there twice. Not collective.
+  std::vector<NearCell> near_cells(const fem::SurfaceContact &rock_surface, double reach, double duration) const;
 
   /// Load of the tool on the rock; the reaction on the tool is -force. Platens push against each other: their force is half the
   /// difference, in equilibrium that of the upper platen.
@@ -70,9 +84,11 @@ private:
 
   ToolSettings settings;
   ContactLaw law;
-  double particle_stiffness; // [N/m]
-  double surface_stiffness;  // [N/m^3]
-  double surface_damping;    // [N s/m^3]
+  double particle_stiffness;  // [N/m]
+  double mass_stiffness = 0.; // of a particle per mass, if the stiffness follows the time step [1/s^2]
+  double density;             // [kg/m^3]
+  double surface_stiffness;   // [N/m^3]
+  double surface_damping;     // [N s/m^3]
   MPI_Comm comm;
   std::vector<std::unique_ptr<RigidBody>> bodies;
   std::vector<double> shares; // of each body's force in the load

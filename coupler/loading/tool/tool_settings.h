@@ -25,7 +25,7 @@ struct ToolSettings
   bool rolling = true;           ///< the disc rolls along its lowest point without slip, else it does not rotate
   double closing_speed = 0.;     ///< of the platens relative to each other [m/s]
   double lower = 0., upper = 0.; ///< faces of the platens at the start, y [m]; filled in from the mesh
-  double stiffness_ratio = 0.;   ///< contact stiffness / k_n [-]
+  double stiffness_ratio = 0.;   ///< contact stiffness / k_n; 0: as stiff as the time step allows [-]
   double friction = 0.;          ///< Coulomb coefficient [-]
   double damping = 0.;           ///< fraction of critical [-]
 

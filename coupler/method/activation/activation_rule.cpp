@@ -3,14 +3,17 @@
 
 #include "coupler/base/errors.h"
 #include "coupler/base/mpi_helpers.h"
+#include "coupler/method/activation/contact_criterion.h"
 #include "coupler/method/activation/stress_criterion.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace kerf
 {
-ActivationRule::ActivationRule(const ActivationSettings &settings, const fem::Mesh &mesh, MPI_Comm comm)
-  : settings(settings), mesh(mesh), comm(comm)
+ActivationRule::ActivationRule(const ActivationSettings &settings, const fem::Material &rock, const fem::Mesh &mesh,
+                               MPI_Comm comm)
+  : settings(settings), rock(rock), mesh(mesh), comm(comm)
 {
 }
 
@@ -25,7 +28,8 @@ Eigen::VectorXd ActivationRule::measures(const fem::FemSide &fem) const
   return measure;
 }
 
-std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const Overlap &overlap) const
+std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const Overlap &overlap,
+                                                  const std::vector<NearCell> &below_tool) const
 {
   const fem::CellStress stress = fem.cell_stress();
   std::vector<int> flagged, following;
@@ -51,12 +55,29 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
     else if (measure > settings.event_fraction * settings.sigma_star && distance < overlap.width())
       following.push_back(stress.cell[k]);
   }
-  std::vector<int> cells = gather_all(flagged, MPI_INT, comm);
+  std::vector<int> cells = cells_below_tool(overlap, below_tool);
+  flagged = gather_all(flagged, MPI_INT, comm);
+  cells.insert(cells.end(), flagged.begin(), flagged.end());
   if (cells.empty())
     return cells;
   following = gather_all(following, MPI_INT, comm);
   cells.insert(cells.end(), following.begin(), following.end());
+  return with_enclosed(std::move(cells), overlap);
+}
 
+std::vector<int> ActivationRule::cells_below_tool(const Overlap &overlap, const std::vector<NearCell> &below_tool) const
+{
+  std::vector<int> cells;
+  if (settings.by_contact)
+    for (const int cell : cells_too_coarse_for_contact(below_tool, settings.compressive_strength, rock, mesh))
+      if (!overlap.is_converted(cell))
+        cells.push_back(cell);
+  return gather_all(cells, MPI_INT, comm);
+}
+
+/// The cells and those that they enclose with the particle region, ascending, each once.
+std::vector<int> ActivationRule::with_enclosed(std::vector<int> cells, const Overlap &overlap) const
+{
   std::vector<char> region(mesh.n_cells(), 0);
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
     region[cell] = overlap.is_converted(cell);
@@ -65,6 +86,7 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
   const std::vector<int> enclosed = enclose(mesh, region);
   cells.insert(cells.end(), enclosed.begin(), enclosed.end());
   std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   return cells;
 }
 

@@ -18,6 +18,7 @@ struct ActivationSettings
   double tensile_strength = 0.;     ///< f_t of the rock [Pa]
   double compressive_strength = 0.; ///< f_c of the rock [Pa]
   double sigma_star = 0.;           ///< [Pa]
+  bool by_contact = true;           ///< cells that cannot resolve a contact are converted before it begins
   int check_interval = 0;           ///< steps between two checks
   int relaxation_steps = 0;         ///< iterations of the relaxation of new particles, at constant time
   double event_fraction = 1.;       ///< fraction of sigma* above which an event also converts cells next to the particle region

@@ -171,6 +171,13 @@ StableSteps elastic_steps(const ModelSettings &settings, Mode mode, fem::FemSide
   return steps;
 }
 
+/// What a contact of the tool whose stiffness follows the time step takes of the limit 4 of omega^2 dt^2. Theory (8.14).
+double taken_by_contact(const ModelSettings &settings)
+{
+  const bool follows_step = settings.tool.present() && settings.tool.stiffness_ratio == 0.;
+  return follows_step ? contact_share_of_step : 0.;
+}
+
 /// Factor by which local damping increases omega^2. The damping is a fraction of the force, opposite to the velocity. A motion
 /// that reverses in every step moves against its springs, so the damping adds this fraction to their stiffness. Theory (8.11).
 double stiffened_by_damping(const ModelSettings &settings)
@@ -183,7 +190,8 @@ StableSteps stable_steps(const ModelSettings &settings, Mode mode, fem::FemSide 
                          Constraint &constraint, MPI_Comm comm)
 {
   StableSteps steps = elastic_steps(settings, mode, fem, packing, constraint, comm);
-  steps.coupled = mode == Mode::fem ? steps.elastic : steps.elastic / std::sqrt(stiffened_by_damping(settings));
+  const double limit = 4. / (mode == Mode::fem ? 1. : stiffened_by_damping(settings)) - taken_by_contact(settings);
+  steps.coupled = steps.elastic * std::sqrt(0.25 * limit);
   return steps;
 }
 

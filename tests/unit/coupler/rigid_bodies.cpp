@@ -72,12 +72,12 @@ TEST(Platen, MovesWithSmoothStart)
   for (int k = 0; k < 10000; ++k)
   {
     platen.move_to((k + 0.5) * dt);
-    y += dt * platen.speed;
+    y += dt * platen.velocity;
   }
   platen.move_to(1.);
   EXPECT_NEAR(platen.y, 1. - speed * (1. - 0.5 * ramp), 1e-14);
   EXPECT_NEAR(platen.y, y, 1e-8); // midpoint rule, dt^2
-  EXPECT_DOUBLE_EQ(platen.speed, -speed);
+  EXPECT_DOUBLE_EQ(platen.velocity, -speed);
   platen.move_to(0.);
-  EXPECT_EQ(platen.speed, 0.);
+  EXPECT_EQ(platen.velocity, 0.);
 }
