@@ -53,6 +53,7 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
     absorbing_work(dt, comm)
 {
   constraint->set_time_step(dt);
+  cutter.hold(packing);
 }
 
 void CoupledModel::start()
