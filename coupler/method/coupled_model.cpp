@@ -56,6 +56,7 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
     absorbing_work(dt, comm)
 {
   constraint->set_time_step(dt);
+  cutter.hold(packing);
   // A surface node has the lumped mass of half a cell. Finer cells than particles take less.
   cutter.set_time_step(dt, std::min(packing.mean_diameter, 0.5 * smallest_edge(fem.mesh())));
   for (std::vector<TributaryAreas> *list : {&loads.loaded_areas(), &boundary.absorbing_areas()})

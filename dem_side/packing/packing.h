@@ -41,25 +41,6 @@ struct PackingQuality
   double isotropy = 0.;                             ///< smallest / largest of them; 1: isotropic
 };
 
-/// Bond strengths for which packings of this kind have the strengths of the rock, from simulated tests on several packings.
-struct StrengthCalibration
-{
-  double R_n = 0., R_t = 0.;        ///< tensile and shear strength of a bond [N] (2D: [N/m])
-  double shear_friction = 0.;       ///< internal friction of the bonds in these tests [-]
-  double friction = 0.;             ///< of broken bonds in these tests [-]
-  double target_tensile = 0.;       ///< Brazilian strength [Pa]; 0: not calibrated yet
-  double target_compressive = 0.;   ///< uniaxial compressive strength [Pa]
-  double achieved_tensile = 0.;     ///< mean over the packings [Pa]
-  double scatter_tensile = 0.;      ///< standard deviation over the packings [Pa]
-  double achieved_compressive = 0.; ///< mean over the packings [Pa]
-  double scatter_compressive = 0.;  ///< standard deviation over the packings [Pa]
-  double achieved_young = 0.;       ///< of the compressed specimens, mean [Pa]
-  double scatter_young = 0.;        ///< [Pa]
-  double achieved_poisson = 0.;     ///< of the compressed specimens, mean [-]
-  double scatter_poisson = 0.;      ///< [-]
-  double n_packings = 0.;           ///< number of tested packings
-};
-
 /// The difference of two points or, if shorter, of their periodic images. @param periodic lengths of the periods [m]; 0: not
 /// periodic.
 inline Eigen::Vector3d shortest_image(Eigen::Vector3d difference, const Eigen::Vector3d &periodic)
@@ -106,7 +87,6 @@ struct Packing
   Eigen::VectorXd radii;                 ///< [m]
   std::vector<std::array<int, 2>> bonds; ///< index pairs, first < second, sorted, without duplicates
   ElasticCalibration calibration;
-  StrengthCalibration strength;
   PackingQuality quality; ///< measured when the packing was generated
 
   int size() const { return static_cast<int>(radii.size()); }

@@ -25,27 +25,6 @@ void visit_values(Calibration &calibration, Visitor &&visit)
   visit("anisotropy", calibration.anisotropy);
 }
 
-/// The same for StrengthCalibration.
-template <typename Strength, typename Visit>
-void visit_strengths(Strength &strength, const Visit &visit)
-{
-  visit("R_n", strength.R_n);
-  visit("R_t", strength.R_t);
-  visit("shear_friction", strength.shear_friction);
-  visit("friction", strength.friction);
-  visit("target_tensile", strength.target_tensile);
-  visit("target_compressive", strength.target_compressive);
-  visit("achieved_tensile", strength.achieved_tensile);
-  visit("scatter_tensile", strength.scatter_tensile);
-  visit("achieved_compressive", strength.achieved_compressive);
-  visit("scatter_compressive", strength.scatter_compressive);
-  visit("specimen_young", strength.achieved_young);
-  visit("specimen_young_scatter", strength.scatter_young);
-  visit("specimen_poisson", strength.achieved_poisson);
-  visit("specimen_poisson_scatter", strength.scatter_poisson);
-  visit("strength_packings", strength.n_packings);
-}
-
 /// The same for the numbers of PackingQuality.
 template <class Quality, class Visitor>
 void visit_quality(Quality &quality, Visitor &&visit)
@@ -120,7 +99,6 @@ void save_packing(const Packing &packing, const std::string &path)
   file.attribute("axis_poisson", three(packing.calibration.axis_poisson));
   visit_quality(packing.quality, write);
   file.attribute("fabric", three(packing.quality.fabric));
-  visit_strengths(packing.strength, write);
   // A column of the matrix is a particle, so the matrix in memory is the table row by row.
   file.table("positions", packing.positions.data(), packing.positions.cols(), 3);
   file.table("radii", packing.radii.data(), packing.radii.size());
@@ -167,8 +145,6 @@ Packing load_packing(const std::string &path)
   packing.calibration.axis_poisson = point(file, "axis_poisson");
   visit_quality(packing.quality, read);
   packing.quality.fabric = point(file, "fabric");
-  if (file.has_attribute("R_n")) // absent in stores of versions without strength calibration
-    visit_strengths(packing.strength, read);
 
   const std::vector<double> positions = file.table("positions", 3), radii = file.table("radii");
   const std::vector<int> bonds = file.integer_table("bonds", 2);

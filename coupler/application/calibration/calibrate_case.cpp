@@ -2,6 +2,7 @@
 #include "coupler/application/calibration/calibrate_case.h"
 #include "coupler/application/calibration/ratio_search.h"
 
+#include "coupler/application/case_file/strengths.h"
 #include "coupler/application/output/specimen_gauge.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
@@ -21,26 +22,29 @@ namespace
 /// the rock below is crushed before the disc splits. From this angle on the cracks start along the loaded diameter.
 constexpr double flat_angle = 15. * M_PI / 180.;
 
+enum class Test
+{
+  compression,
+  tension,  ///< direct, of the specimens of the compression
+  brazilian ///< flattened disc
+};
+constexpr int n_tests = 3;
+
 /// Longest duration of a test, relative to the loading time up to the target strength. A disc deforms strongly under the flats,
 /// most of all in three dimensions.
-double longest(bool brazilian)
+double longest(Test test)
 {
-  return brazilian ? 10. : 4.;
+  return test == Test::brazilian ? 10. : 4.;
 }
-
-struct Mean
-{
-  double value = 0., scatter = 0.; ///< mean and standard deviation over the packings
-};
 
 /// Results of the tests on all packings for one set of bond strengths.
 struct Attempt
 {
   dem::BondParameters bond;
-  Mean compressive, tensile, young, poisson;
+  Measured compressive, tensile, brazilian, young, poisson;
   bool complete = true; ///< every test passed its peak
 
-  double ratio() const { return compressive.value / tensile.value; }
+  double ratio() const { return compressive.mean / tensile.mean; }
 };
 
 /// Specimens of the case's rock, tested in the press of `kerf run` in mode dem.
@@ -57,45 +61,43 @@ public:
   Attempt test(const dem::BondParameters &bond)
   {
     const int n = rock.calibration.n_packings;
-    // One column for each packing. Rows: UCS, E, nu, Brazilian strength, tests that did not pass their peak.
-    Eigen::MatrixXd values = Eigen::MatrixXd::Zero(5, n);
+    // One column for each packing. Rows: UCS, tensile and Brazilian strength, E, nu, tests that did not pass their peak.
+    Eigen::MatrixXd values = Eigen::MatrixXd::Zero(6, n);
+    make_packings(bond);
     std::string error;
     try
     {
-      for (int job = rank; job < 2 * n; job += n_ranks)
+      for (int job = rank; job < n_tests * n; job += n_ranks)
       {
-        const bool brazilian = job % 2 == 1;
-        const int packing = job / 2;
-        const SpecimenResult result = run(specimen(packing, brazilian, bond));
-        if (brazilian)
-          values(3, packing) = result.strength;
-        else
-          values.block<3, 1>(0, packing) << result.strength, result.young, result.poisson;
-        values(4, packing) += !result.peak_passed;
+        const auto kind = static_cast<Test>(job / n);
+        const int packing = job % n;
+        const SpecimenResult result = run(specimen(packing, kind, bond), kind);
+        values(job / n, packing) = result.strength;
+        if (kind == Test::compression)
+          values.block<2, 1>(3, packing) << result.young, result.poisson;
+        values(5, packing) += !result.peak_passed;
       }
     }
     catch (const std::exception &exception)
     {
       error = exception.what();
     }
-    int failed = !error.empty();
-    MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_SUM, comm);
-    if (failed)
-      throw InputError(error.empty() ? "calibration: a test failed on another rank" : error);
+    share_error(error);
     MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, comm);
 
     Attempt attempt;
     attempt.bond = bond;
-    attempt.complete = values.row(4).sum() == 0.;
+    attempt.complete = values.row(5).sum() == 0.;
     const auto mean = [&](int row)
     {
       const double value = values.row(row).mean();
-      return Mean{value, n > 1 ? std::sqrt((values.row(row).array() - value).square().sum() / (n - 1)) : 0.};
+      return Measured{value, n > 1 ? std::sqrt((values.row(row).array() - value).square().sum() / (n - 1)) : 0.};
     };
     attempt.compressive = mean(0);
-    attempt.young = mean(1);
-    attempt.poisson = mean(2);
-    attempt.tensile = mean(3);
+    attempt.tensile = mean(1);
+    attempt.brazilian = mean(2);
+    attempt.young = mean(3);
+    attempt.poisson = mean(4);
     return attempt;
   }
 
@@ -103,8 +105,9 @@ private:
   /// Case of one specimen. @param packing number of the specimen; its seed differs from that of the case's own store. The
   /// stiffnesses of a compressed specimen follow from its own elastic calibration. A disc is too small for this calibration and
   /// uses those of @p bond; strengths do not depend on them.
-  Case specimen(int packing, bool brazilian, const dem::BondParameters &bond) const
+  Case specimen(int packing, Test test, const dem::BondParameters &bond) const
   {
+    const bool brazilian = test == Test::brazilian;
     Case result = rock;
     const double d = rock.packing.mean_diameter, width = rock.calibration.specimen_width;
     result.body.mesh = fem::MeshSettings();
@@ -123,27 +126,59 @@ private:
     name << folder << (brazilian ? "/disc_" : "/box_") << rock.packing.kind << '_' << rock.dim() << "d_" << std::lround(1e6 * d)
          << "um_" << std::lround(width / d) << "d_seed" << result.packing.seed << ".h5";
     result.packing_file = name.str();
-    result.calibrated_strength = false;
     result.given_stiffness = brazilian;
     result.bond = bond;
 
     // The target strain is reached after the prescribed duration. The ends of a disc deform by several times its mean strain.
+    // A bar in tension fails suddenly, so it takes no longer than its loading.
     const double speed_p = rock.body.material.speed_p();
     const double duration = rock.calibration.transits * result.body.mesh.upper[1] / speed_p;
-    const double strain = brazilian ? 5. * rock.activation.tensile_strength / rock.body.material.young
-                                    : rock.activation.compressive_strength / rock.body.material.young;
+    const double stress = test == Test::compression ? rock.activation.compressive_strength
+                          : test == Test::tension   ? -rock.activation.tensile_strength
+                                                    : 5. * rock.activation.tensile_strength;
+    const double strain = stress / rock.body.material.young;
     result.tool = ToolSettings();
     result.tool.kind = ToolKind::platens;
     result.tool.closing_speed = strain * result.body.mesh.upper[1] / duration;
     result.tool.smoothing_time = 0.1 * duration;
     result.tool.damping = 0.1;
-    result.end_time = longest(brazilian) * duration;
+    result.end_time = longest(test) * duration;
     result.time_step = 0.;
     result.stop_below = brazilian ? 0.35 : 0.6; // contacts below the platens may fail before the disc does
     return result;
   }
 
-  SpecimenResult run(const Case &settings) const
+  /// Generates and calibrates the packings that are missing, shared by the ranks: two tests use a box. Collective.
+  void make_packings(const dem::BondParameters &bond) const
+  {
+    std::string error;
+    try
+    {
+      for (int job = rank; job < 2 * rock.calibration.n_packings; job += n_ranks)
+      {
+        const Case settings = specimen(job / 2, job % 2 == 0 ? Test::compression : Test::brazilian, bond);
+        Console silent(false);
+        dem::Packing packing;
+        build_packing(settings, *build_fem(settings, MPI_COMM_SELF), packing, silent, MPI_COMM_SELF);
+      }
+    }
+    catch (const std::exception &exception)
+    {
+      error = exception.what();
+    }
+    share_error(error);
+  }
+
+  /// Throws the error of any rank on all of them. Collective.
+  void share_error(const std::string &error) const
+  {
+    int failed = !error.empty();
+    MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_SUM, comm);
+    if (failed)
+      throw InputError(error.empty() ? "calibration: a test failed on another rank" : error);
+  }
+
+  SpecimenResult run(const Case &settings, Test test) const
   {
     Console silent(false);
     const auto problem = set_up_problem(settings, Mode::dem, silent, MPI_COMM_SELF);
@@ -151,8 +186,7 @@ private:
     model.start();
     const SpecimenGauge gauge(problem->settings, problem->fem->mesh(), problem->packing, MPI_COMM_SELF);
     SpecimenRecord record;
-    const int interval =
-      std::max(1, static_cast<int>(settings.end_time / (200. * longest(is_brazilian(settings))) / problem->dt));
+    const int interval = std::max(1, static_cast<int>(settings.end_time / (200. * longest(test)) / problem->dt));
     while (model.time() < settings.end_time && !record.fell_below(settings.stop_below))
     {
       model.advance(interval);
@@ -195,8 +229,8 @@ public:
       }
       if (attempt.complete && error < tolerance)
         break;
-      bond.R_n *= std::sqrt(rock.activation.tensile_strength / attempt.tensile.value * rock.activation.compressive_strength /
-                            attempt.compressive.value);
+      bond.R_n *= std::sqrt(rock.activation.tensile_strength / attempt.tensile.mean * rock.activation.compressive_strength /
+                            attempt.compressive.mean);
       const double off = std::log(attempt.ratio() / target);
       // Strains and the contact area of the platens grow with the strengths, which changes the ratio slightly. So the magnitude
       // is adjusted first.
@@ -228,16 +262,17 @@ private:
   }
   double worst_error(const Attempt &attempt) const
   {
-    return std::max(std::abs(attempt.tensile.value / rock.activation.tensile_strength - 1.),
-                    std::abs(attempt.compressive.value / rock.activation.compressive_strength - 1.));
+    return std::max(std::abs(attempt.tensile.mean / rock.activation.tensile_strength - 1.),
+                    std::abs(attempt.compressive.mean / rock.activation.compressive_strength - 1.));
   }
   Attempt evaluate(const dem::BondParameters &bond)
   {
     const Attempt attempt = press.test(bond);
     std::ostringstream line;
     line << std::setprecision(4) << "R_n = " << bond.R_n << ", R_t/R_n = " << bond.R_t / bond.R_n << ": uniaxial "
-         << attempt.compressive.value / 1e6 << " +- " << attempt.compressive.scatter / 1e6 << " MPa, Brazilian "
-         << attempt.tensile.value / 1e6 << " +- " << attempt.tensile.scatter / 1e6 << " MPa, ratio " << attempt.ratio()
+         << attempt.compressive.mean / 1e6 << " +- " << attempt.compressive.scatter / 1e6 << " MPa, direct tension "
+         << attempt.tensile.mean / 1e6 << " +- " << attempt.tensile.scatter / 1e6 << " MPa, Brazilian "
+         << attempt.brazilian.mean / 1e6 << " +- " << attempt.brazilian.scatter / 1e6 << " MPa, ratio " << attempt.ratio()
          << (attempt.complete ? "" : " (not all tests passed their peak)");
     console.message(line.str());
     return attempt;
@@ -255,15 +290,16 @@ std::string report(const Case &rock, const Attempt &found)
        << "  k_n = " << found.bond.k_n << ", k_t = " << found.bond.k_t << " N/m, R_n = " << found.bond.R_n
        << ", R_t = " << found.bond.R_t << " N" << (rock.dim() == 2 ? "/m" : "") << ", shear strength friction "
        << found.bond.shear_friction << ", friction " << found.bond.friction << '\n';
-  const auto line = [&](const char *name, double target, const Mean &mean, double unit, const char *unit_name)
+  const auto line = [&](const char *name, double target, const Measured &value, double unit, const char *unit_name)
   {
     text << "  " << std::left << std::setw(22) << name << " target " << std::setw(7) << target / unit << " reached "
-         << mean.value / unit << " +- " << mean.scatter / unit << ' ' << unit_name << '\n';
+         << value.mean / unit << " +- " << value.scatter / unit << ' ' << unit_name << '\n';
   };
   line("E of the specimens", rock.body.material.young, found.young, 1e9, "GPa");
   line("nu of the specimens", rock.body.material.poisson, found.poisson, 1., "");
   line("uniaxial compression", rock.activation.compressive_strength, found.compressive, 1e6, "MPa");
-  line("Brazilian strength", rock.activation.tensile_strength, found.tensile, 1e6, "MPa");
+  line("direct tension", rock.activation.tensile_strength, found.tensile, 1e6, "MPa");
+  text << "  Brazilian strength " << found.brazilian.mean / 1e6 << " +- " << found.brazilian.scatter / 1e6 << " MPa\n";
   return text.str();
 }
 } // namespace
@@ -272,7 +308,9 @@ int calibrate_case(const RunOptions &options, MPI_Comm comm)
 {
   const int rank = rank_of(comm);
   Console console(rank == 0);
-  const Case settings = read_case(options.case_directory, options.overrides);
+  std::vector<Override> overrides = options.overrides;
+  overrides.push_back("Bond/Strength=given"); // the strengths are searched here
+  const Case settings = read_case(options.case_directory, overrides);
   const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);
   dem::Packing store;
   build_packing(settings, *fem, store, console, comm);
@@ -284,25 +322,18 @@ int calibrate_case(const RunOptions &options, MPI_Comm comm)
   bond.k_t = store.calibration.k_t;
   const Attempt found = StrengthSearch(settings, press, console).find(bond);
 
-  dem::StrengthCalibration &strength = store.strength;
-  strength.R_n = found.bond.R_n;
-  strength.R_t = found.bond.R_t;
-  strength.shear_friction = found.bond.shear_friction;
-  strength.friction = found.bond.friction;
-  strength.target_tensile = settings.activation.tensile_strength;
-  strength.target_compressive = settings.activation.compressive_strength;
-  strength.achieved_tensile = found.tensile.value;
-  strength.scatter_tensile = found.tensile.scatter;
-  strength.achieved_compressive = found.compressive.value;
-  strength.scatter_compressive = found.compressive.scatter;
-  strength.achieved_young = found.young.value;
-  strength.scatter_young = found.young.scatter;
-  strength.achieved_poisson = found.poisson.value;
-  strength.scatter_poisson = found.poisson.scatter;
-  strength.n_packings = settings.calibration.n_packings;
+  Strengths strengths = strengths_wanted(settings);
+  strengths.bond = found.bond;
+  strengths.n_packings = settings.calibration.n_packings;
+  strengths.tensile = found.tensile;
+  strengths.compressive = found.compressive;
+  strengths.brazilian = found.brazilian;
+  strengths.specimen_young = found.young;
+  strengths.specimen_poisson = found.poisson;
   if (rank == 0)
-    dem::save_packing(store, settings.packing_file);
-  console.message(report(settings, found) + "written into " + settings.packing_file + "; used with Bond/Strength = calibrated");
+    save_strengths(strengths, settings.directory);
+  console.message(report(settings, found) + "written into " + strengths_file(settings.directory) +
+                  "; used with Bond/Strength = calibrated");
   return 0;
 }
 } // namespace kerf

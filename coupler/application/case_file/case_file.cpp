@@ -2,6 +2,7 @@
 #include "coupler/application/case_file/case_file.h"
 
 #include "coupler/application/case_file/parameter_table.h"
+#include "coupler/application/case_file/strengths.h"
 #include "coupler/base/errors.h"
 #include "coupler/loading/surface_resolution.h"
 #include "coupler/method/constraint/make_constraint.h"
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <set>
 #include <sstream>
 
@@ -227,6 +229,18 @@ public:
     }
     return result;
   }
+  void set(const std::string &section, const std::string &key, const std::string &value) const
+  {
+    handler.enter_subsection(section);
+    handler.set(key, value);
+    handler.leave_subsection();
+  }
+  void set(const std::string &section, const std::string &key, double value) const
+  {
+    std::ostringstream text;
+    text << std::setprecision(10) << value;
+    set(section, key, text.str());
+  }
   [[noreturn]] void fail(const std::string &section, const std::string &key, const std::string &what) const
   {
     throw InputError(file + ": " + section + "/" + key + ": " + what);
@@ -353,10 +367,58 @@ ToolSettings read_tool(const Reader &reader)
   tool.smoothing_time = reader.number("Tool", "Smoothing time");
   tool.rolling = reader.flag("Tool", "Rolling");
   tool.closing_speed = reader.number("Tool", "Closing speed");
+  if (tool.closing_speed == 0.)
+    reader.fail("Tool", "Closing speed", "must not be 0, give a speed > 0 to press or < 0 to pull");
   tool.stiffness_ratio = reader.number("Tool", "Stiffness ratio");
   tool.friction = reader.number("Tool", "Friction");
   tool.damping = reader.number("Tool", "Damping ratio");
   return tool;
+}
+
+/// Puts calibrated strengths into the case, sets sigma* and words the source of both.
+void set_strengths(Case &settings, const Reader &reader)
+{
+  ActivationSettings &activation = settings.activation;
+  std::ostringstream text;
+  text << std::setprecision(4) << "bond strengths   ";
+  const bool calibrated = reader.text("Bond", "Strength") == "calibrated";
+  if (calibrated)
+  {
+    const Strengths known = load_strengths(settings.directory);
+    if (const std::string other = difference(known, strengths_wanted(settings)); !other.empty())
+      throw InputError(settings.directory + "/case.prm: Bond/Strength = calibrated, but " + strengths_file(settings.directory) +
+                       " holds for " + other + "; run kerf calibrate " + settings.directory);
+    const dem::BondParameters bond = known.bond_for(settings.packing.mean_diameter);
+    settings.bond.R_n = bond.R_n;
+    settings.bond.R_t = bond.R_t;
+    activation.tensile_strength = known.tensile.mean;
+    activation.compressive_strength = known.compressive.mean;
+    const auto measured = [&](const char *name, const Measured &value)
+    { text << name << value.mean / 1e6 << " +- " << value.scatter / 1e6 << " MPa"; };
+    text << "R_n = " << bond.R_n << ", R_t = " << bond.R_t << (settings.dim() == 2 ? " N/m" : " N")
+         << ", calibrated; specimens: ";
+    measured("direct tension ", known.tensile);
+    measured(", uniaxial compression ", known.compressive);
+    measured(", Brazilian ", known.brazilian);
+  }
+  else
+    text << "R_n = " << settings.bond.R_n << ", R_t = " << settings.bond.R_t << (settings.dim() == 2 ? " N/m" : " N")
+         << ", as given";
+
+  activation.sigma_star = reader.number("Adaptivity", "Sigma star");
+  const bool given = activation.sigma_star > 0.;
+  const double fraction = reader.number("Adaptivity", "Sigma star fraction");
+  if (!given)
+    activation.sigma_star = fraction * activation.tensile_strength;
+  text << "\nsigma*           " << activation.sigma_star / 1e6 << " MPa";
+  if (given)
+    text << ", as given";
+  else if (calibrated)
+    text << " = " << fraction << " x direct tensile strength of the specimens";
+  else
+    text << " = " << fraction << " x Rock/Tensile strength; notice: the strength of the bonds as given is not known, kerf "
+         << "calibrate measures it";
+  settings.strength_summary = text.str();
 }
 
 } // namespace
@@ -386,9 +448,6 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   dealii::ParameterHandler handler;
   Case result;
   result.notices = read_handler(handler, directory, overrides);
-  std::ostringstream echo;
-  handler.print_parameters(echo, dealii::ParameterHandler::Text);
-  result.used_parameters = echo.str();
   const Reader reader(handler, directory + "/case.prm");
   result.directory = directory;
   result.name = std::filesystem::weakly_canonical(directory).filename().string();
@@ -489,7 +548,6 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.bond.shear_friction = reader.number("Bond", "Shear strength friction");
   result.bond.friction = reader.number("Bond", "Friction");
   result.bond.damping = reader.number("Bond", "Damping ratio");
-  result.calibrated_strength = reader.text("Bond", "Strength") == "calibrated";
   result.calibration.n_packings = reader.integer("Calibration", "Packings");
   const double width = reader.number("Calibration", "Specimen width");
   result.calibration.specimen_width = (width > 0. ? width : dim == 2 ? 40. : 16.) * result.packing.mean_diameter;
@@ -518,7 +576,6 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
                                                                {"von_mises", Criterion::von_mises},
                                                                {"mohr_coulomb", Criterion::mohr_coulomb},
                                                                {"drucker_prager", Criterion::drucker_prager}});
-  result.activation.sigma_star = reader.number("Adaptivity", "Sigma star");
   result.activation.by_contact = reader.flag("Adaptivity", "Contact activation");
   result.activation.check_interval = reader.integer("Adaptivity", "Check interval");
   result.activation.relaxation_steps = reader.integer("Adaptivity", "Relaxation steps");
@@ -545,6 +602,18 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   if (result.activation.compressive_strength < result.activation.tensile_strength)
     reader.fail("Rock", "Compressive strength", "is below Rock/Tensile strength, give a rock's: five to twenty times as much");
   result.n_snapshots = reader.integer("Output", "Snapshots");
+  set_strengths(result, reader);
+
+  // The case as it is used: strengths and sigma* as numbers, so that it runs again without the file of the strengths.
+  reader.set("Bond", "Strength", "given");
+  reader.set("Bond", "Tensile strength", result.bond.R_n);
+  reader.set("Bond", "Shear strength", result.bond.R_t);
+  reader.set("Rock", "Tensile strength", result.activation.tensile_strength);
+  reader.set("Rock", "Compressive strength", result.activation.compressive_strength);
+  reader.set("Adaptivity", "Sigma star", result.activation.sigma_star);
+  std::ostringstream echo;
+  handler.print_parameters(echo, dealii::ParameterHandler::Text);
+  result.used_parameters = echo.str();
   return result;
 }
 

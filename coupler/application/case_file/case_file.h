@@ -26,8 +26,8 @@ struct Case : ModelSettings
   std::string packing_surface_file; ///< absolute; empty: the packing fills the mesh
   dem::PackingSettings packing;
 
-  bool calibrated_strength = false; ///< use R_n, R_t of the store
-  bool given_stiffness = false;     ///< use bond.k_n, bond.k_t instead of those of the store, for specimens of a calibration
+  std::string strength_summary; ///< lines on the strengths of bonds and rock and on sigma*, with their source
+  bool given_stiffness = false; ///< use bond.k_n, bond.k_t instead of those of the store, for specimens of a calibration
 
   struct Calibration
   {

@@ -93,9 +93,14 @@ const std::vector<Parameter> &parameter_table()
           "Young's modulus of the finite elements and, by calibration, of the packing", ""),
     entry("Rock", "Poisson ratio", "0.2", between(0., 0.499), "-", "Poisson's ratio, plane strain in 2D", ""),
     entry("Rock", "Tensile strength", "10e6", positive(), "Pa",
-          "f_t, used by the Mohr-Coulomb and Drucker-Prager criteria; target of `kerf calibrate` (Brazilian test)", ""),
-    entry("Rock", "Compressive strength", "100e6", positive(), "Pa",
-          "f_c, used by the Mohr-Coulomb and Drucker-Prager criteria; target of `kerf calibrate` (uniaxial compression)", ""),
+          "f_t, target of `kerf calibrate` (direct tension); used by the Mohr-Coulomb and Drucker-Prager criteria and for "
+          "sigma*, unless Bond/Strength = calibrated: then they take the measured strength",
+          ""),
+    entry(
+      "Rock", "Compressive strength", "100e6", positive(), "Pa",
+      "f_c, target of `kerf calibrate` (uniaxial compression); used by the Mohr-Coulomb and Drucker-Prager criteria, unless "
+      "Bond/Strength = calibrated: then they take the measured strength",
+      ""),
 
     entry("Mesh", "Dimension", "2", whole_number(2, 3), "-", "2: plane strain, per metre of thickness; 3: y is up", ""),
     entry("Mesh", "File", "", text(), "-", "gmsh .msh file of quadrilaterals or hexahedra; empty: the mesh is made by Shape",
@@ -167,7 +172,9 @@ const std::vector<Parameter> &parameter_table()
     entry("Packing", "Seed", "1", whole_number(0, 2147483647), "-", "seed of the random packing", ""),
 
     entry("Bond", "Strength", "given", one_of("given|calibrated"), "-",
-          "given: the two strengths below; calibrated: the strengths in the store, written by `kerf calibrate`", ""),
+          "given: the two strengths below; calibrated: those in strengths.txt beside the case, which `kerf calibrate` writes. "
+          "They hold for every seed and mean diameter",
+          ""),
     entry("Bond", "Tensile strength", "10e3", positive(), "N (2D: N/m)", "R_n, normal force at which a bond fails",
           "Onate & Rojek 2004"),
     entry("Bond", "Shear strength", "30e3", positive(), "N (2D: N/m)", "R_t, tangential force at which a bond fails",
@@ -229,8 +236,13 @@ const std::vector<Parameter> &parameter_table()
       "Adaptivity", "Criterion", "mohr_coulomb", one_of("maximum_principal|von_mises|mohr_coulomb|drucker_prager"), "-",
       "stress measure sigma of a cell; mohr_coulomb: sigma_1 - sigma_3 f_t/f_c; drucker_prager: the cone through f_t and f_c",
       "Labra, Rojek & Onate, eq. (5)"),
-    entry("Adaptivity", "Sigma star", "4e6", positive(), "Pa", "a cell is converted to particles when sigma > sigma*",
+    entry("Adaptivity", "Sigma star", "0", not_negative(), "Pa",
+          "a cell is converted to particles when sigma > sigma*; 0: Sigma star fraction x tensile strength",
           "Labra, Rojek & Onate, eq. (5)"),
+    entry("Adaptivity", "Sigma star fraction", "0.6", between(0.01, 1.), "tensile strength",
+          "sigma*, if Sigma star is 0, as a fraction of the measured direct tensile strength; of Rock/Tensile strength when "
+          "Bond/Strength = given",
+          ""),
     entry("Adaptivity", "Contact activation", "true", flag(), "-",
           "cells that are too coarse for their contact with a round tool are converted before the tool touches them; platens "
           "convert none. false: by sigma* only",
@@ -269,7 +281,11 @@ const std::vector<Parameter> &parameter_table()
     entry("Tool", "Smoothing time", "1e-4", not_negative(), "s",
           "the path is averaged over this time, and platens reach their speed in it, so that the velocity has no jumps", ""),
     entry("Tool", "Rolling", "true", flag(), "-", "the disc rolls without slip on its path; false: it does not rotate", ""),
-    entry("Tool", "Closing speed", "0.1", positive(), "m/s", "relative speed of the platens; each moves at half of it", ""),
+    entry(
+      "Tool", "Closing speed", "0.1", number(), "m/s",
+      "relative speed of the platens; each moves at half of it. Negative: they pull. Each holds the rock that touches it at "
+      "the start and lets it contract laterally: direct tension",
+      ""),
     entry("Tool", "Stiffness ratio", "0", not_negative(), "-",
           "contact stiffness between tool and particle / bond stiffness k_n, which lowers the stable step; 0: as stiff as the "
           "time step allows, at least about 5 k_n at Time/Safety = 0.7",

@@ -91,6 +91,7 @@ int check_case(const RunOptions &options, MPI_Comm comm)
   std::ostringstream text;
   text << std::setprecision(4) << "case " << problem->settings.name << ", mode " << name_of(mode) << ": valid\n"
        << packing_summary(problem->packing) << "\n"
+       << problem->settings.strength_summary << "\n"
        << "cells            " << problem->fem->mesh().n_cells() << ", nodes " << problem->fem->mesh().n_nodes() << "\n"
        << "particles        " << problem->packing.size() << " stored, about " << n_particles << " active at the end\n"
        << "overlap          " << problem->settings.overlap.width

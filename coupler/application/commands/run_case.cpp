@@ -99,12 +99,13 @@ private:
     }
     int n_ranks = 1;
     MPI_Comm_size(comm, &n_ranks);
+    const Case &settings = problem->settings;
     std::ostringstream text;
     text << version_text() << "\ncase " << problem->settings.name << ", mode " << name_of(mode) << ", " << n_ranks
          << (n_ranks == 1 ? " rank" : " ranks") << ", results in " << directory << "\n"
-         << (mode == Mode::fem ? "" : packing_summary(problem->packing) + "\n") << problem->fem->mesh().n_cells()
-         << " cells; stable step: finite elements " << problem->stable.fem << " s, particles " << problem->stable.dem
-         << " s; time step " << problem->dt << " s";
+         << (mode == Mode::fem ? "" : packing_summary(problem->packing) + "\n" + settings.strength_summary + "\n")
+         << problem->fem->mesh().n_cells() << " cells; stable step: finite elements " << problem->stable.fem << " s, particles "
+         << problem->stable.dem << " s; time step " << problem->dt << " s";
     console.message(text.str());
   }
 

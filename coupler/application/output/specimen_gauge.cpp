@@ -17,12 +17,23 @@ bool is_brazilian(const ModelSettings &settings)
   return settings.body.mesh.gmsh_file.empty() && settings.body.mesh.shape == fem::MeshShape::disc;
 }
 
+double flattened_disc_factor(double half_angle)
+{
+  if (half_angle == 0.)
+    return 1.;
+  const double cosine = std::cos(half_angle), spread = std::sin(half_angle) / half_angle;
+  const double tension = std::pow(cosine, 3), compression = tension + cosine + spread; // at the centre, times spread
+  return std::pow(tension + compression, 2) / (8. * (compression - tension) * spread);
+}
+
 SpecimenGauge::SpecimenGauge(const ModelSettings &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
-  : dim(settings.body.dim), packing(packing), comm(comm), body(mesh_box(mesh))
+  : dim(settings.body.dim), sense(settings.tool.pulls() ? -1. : 1.), packing(packing), comm(comm), body(mesh_box(mesh))
 {
   const Vector3d extent = body.upper - body.lower;
   const double thickness = dim == 3 ? extent[2] : 1.;
-  area = is_brazilian(settings) ? 0.5 * M_PI * extent[0] * thickness : extent[0] * thickness;
+  area = extent[0] * thickness;
+  if (is_brazilian(settings))
+    area *= 0.5 * M_PI / flattened_disc_factor(settings.body.mesh.flat_angle);
 }
 
 /// Margin that is left out at either side [m]. It is at least three diameters, where a packing is less dense than inside. The
@@ -70,15 +81,15 @@ double SpecimenGauge::virial_stress(const CoupledModel &model) const
     if (const double weight = window(0.5 * (bond.a + bond.b)); weight > 0.)
       sum += weight * bond.force[1] * (bond.b[1] - bond.a[1]);
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm);
-  return -sum / integral; // compression is positive
+  return -sense * sum / integral;
 }
 
 SpecimenState SpecimenGauge::read(CoupledModel &model, double force) const
 {
   SpecimenState state;
   const std::array<double, 2> platens = model.tool().platens();
-  state.closing = body.upper[1] - body.lower[1] - (platens[1] - platens[0]);
-  state.stress = force / area;
+  state.closing = sense * (body.upper[1] - body.lower[1] - (platens[1] - platens[0]));
+  state.stress = sense * force / area;
   state.middle_stress = model.fem().n_active_cells() > 0 ? state.stress : virial_stress(model);
   state.broken_bonds = model.dem().n_bonds_broken();
 
@@ -115,8 +126,8 @@ SpecimenState SpecimenGauge::read(CoupledModel &model, double force) const
   MPI_Allreduce(MPI_IN_PLACE, right.data(), 12, MPI_DOUBLE, MPI_SUM, comm);
   const Eigen::Matrix<double, Eigen::Dynamic, 3> fit =
     normal.topLeftCorner(dim + 1, dim + 1).ldlt().solve(right.topRows(dim + 1));
-  state.axial_strain = -fit(2, 1) / scale[1];
-  state.lateral_strain = dim == 2 ? fit(1, 0) / scale[0] : 0.5 * (fit(1, 0) / scale[0] + fit(3, 2) / scale[2]);
+  state.axial_strain = -sense * fit(2, 1) / scale[1];
+  state.lateral_strain = sense * (dim == 2 ? fit(1, 0) / scale[0] : 0.5 * (fit(1, 0) / scale[0] + fit(3, 2) / scale[2]));
   return state;
 }
 
@@ -177,11 +188,12 @@ std::string specimen_text(const ModelSettings &settings, const SpecimenResult &r
   std::ostringstream text;
   text << std::setprecision(4);
   if (is_brazilian(settings))
-    text << "Brazilian test: 2 P/(pi D t) = " << result.strength / 1e6 << " MPa at the peak";
+    text << "Brazilian test: k 2 P/(pi D t) = " << result.strength / 1e6
+         << " MPa at the peak, k = " << flattened_disc_factor(settings.body.mesh.flat_angle) << " for its flats";
   else
-    text << "uniaxial compression: E = " << result.young / 1e9 << " GPa in the middle, " << result.nominal_young / 1e9
-         << " GPa by force and cross-section, nu = " << result.poisson << ", peak " << result.strength / 1e6
-         << " MPa at a strain of " << result.peak_strain;
+    text << (settings.tool.pulls() ? "direct tension" : "uniaxial compression") << ": E = " << result.young / 1e9
+         << " GPa in the middle, " << result.nominal_young / 1e9 << " GPa by force and cross-section, nu = " << result.poisson
+         << ", peak " << result.strength / 1e6 << " MPa at a strain of " << result.peak_strain;
   text << "; " << 100. * result.linear_broken << " % of the broken bonds broke before 70 % of the peak"
        << (result.peak_passed ? "" : "; the peak is not passed yet");
   return text.str();

@@ -8,14 +8,15 @@
 
 namespace kerf
 {
-/// Readings of the press and of the gauges in the middle of a specimen at one time. Compression is positive.
+/// Readings of the press and of the gauges in the middle of a specimen at one time. The sense of the test is positive:
+/// compression in a press, tension between platens that pull.
 struct SpecimenState
 {
   double closing = 0.;        ///< relative displacement of the platens since the start [m]
-  double stress = 0.;         ///< box: force / cross-section; disc: 2 P/(pi D t), tension at its centre [Pa]
+  double stress = 0.;         ///< box: force / cross-section; disc: k 2 P/(pi D t), see flattened_disc_factor() [Pa]
   double middle_stress = 0.;  ///< stress along y in the middle of a body of particles, by the virial of its bonds [Pa]
-  double axial_strain = 0.;   ///< shortening along y of the middle of the specimen [-]
-  double lateral_strain = 0.; ///< expansion across y, mean of x and z in three dimensions [-]
+  double axial_strain = 0.;   ///< shortening (pulled: lengthening) along y of the middle [-]
+  double lateral_strain = 0.; ///< expansion (pulled: contraction) across y, mean of x and z in three dimensions [-]
   std::int64_t broken_bonds = 0;
 };
 
@@ -28,7 +29,7 @@ class SpecimenGauge
 public:
   SpecimenGauge(const ModelSettings &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm);
 
-  /// @param force of the platens [N], positive in compression. Collective.
+  /// @param force of the rock on the platens [N], positive in compression. Collective.
   SpecimenState read(CoupledModel &model, double force) const;
 
 private:
@@ -37,6 +38,7 @@ private:
   double virial_stress(const CoupledModel &model) const;
 
   int dim;
+  double sense; // of closing: 1, of pulling: -1
   const dem::Packing &packing;
   MPI_Comm comm;
   Box body;
@@ -46,7 +48,7 @@ private:
 /// Results of a test in a press.
 struct SpecimenResult
 {
-  double strength = 0.;    ///< largest nominal stress: UCS of a box, splitting (Brazilian) strength of a disc [Pa]
+  double strength = 0.; ///< largest nominal stress: UCS or direct tensile strength of a box, Brazilian strength of a disc [Pa]
   double peak_strain = 0.; ///< axial strain of the middle at that time [-]
   double young = 0.; ///< Young's modulus of the middle: slope between 20 % and 50 % of the peak, for plane strain in 2D [Pa]
   double nominal_young = 0.; ///< Young's modulus by the nominal stress [Pa]
@@ -54,6 +56,11 @@ struct SpecimenResult
   double linear_broken = 0.; ///< fraction of the broken bonds that broke before 70 % of the peak [-]
   bool peak_passed = false;  ///< the stress has fallen below 0.9 of the peak
 };
+
+/// Factor k of a flattened Brazilian disc, whose tensile strength is k 2 P/(pi D t): Griffith's equivalent stress at its centre
+/// over 2 P/(pi D t) (Wang, Jia, Kou, Zhang & Lindqvist 2004). @param half_angle of the flats, seen from the centre [rad]; 0:
+/// k = 1. Theory (11.15).
+double flattened_disc_factor(double half_angle);
 
 /// Whether the test is a Brazilian test, which splits a disc. Any other body is compressed.
 bool is_brazilian(const ModelSettings &settings);

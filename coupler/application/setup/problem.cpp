@@ -123,19 +123,6 @@ dem::Packing no_packing(const Case &settings, const Box &body)
   packing.calibration.k_t = 0.25 * packing.calibration.k_n;
   return packing;
 }
-
-void use_calibrated_strength(Case &settings, const dem::Packing &packing)
-{
-  const dem::StrengthCalibration &known = packing.strength;
-  const auto differs = [](double a, double b) { return std::abs(a - b) > 1e-9 * std::abs(b); };
-  if (differs(known.target_tensile, settings.activation.tensile_strength) ||
-      differs(known.target_compressive, settings.activation.compressive_strength) ||
-      differs(known.shear_friction, settings.bond.shear_friction) || differs(known.friction, settings.bond.friction))
-    throw InputError(case_path(settings) + ": Bond/Strength = calibrated, but " + settings.packing_file +
-                     " holds no strengths for this rock's f_t, f_c and frictions; run kerf calibrate " + settings.directory);
-  settings.bond.R_n = known.R_n;
-  settings.bond.R_t = known.R_t;
-}
 } // namespace
 
 std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
@@ -252,8 +239,6 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
     problem->settings.bond.k_n = problem->packing.calibration.k_n;
     problem->settings.bond.k_t = problem->packing.calibration.k_t;
   }
-  if (settings.calibrated_strength && mode != Mode::fem)
-    use_calibrated_strength(problem->settings, problem->packing);
 
   problem->constraint = make_constraint(constraint_model(problem->settings, problem->packing, comm));
   problem->stable = stable_steps(problem->settings, mode, *problem->fem, problem->packing, *problem->constraint, comm);

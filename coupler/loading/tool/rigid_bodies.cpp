@@ -48,7 +48,7 @@ Box Disc::bounds(double reach) const
   return {centre - half, centre + half};
 }
 
-Platen::Platen(double y, double speed, double ramp) : start(y), full_speed(speed), ramp(ramp), y(y) {}
+Platen::Platen(double y, double side, double speed, double ramp) : start(y), side(side), full_speed(speed), ramp(ramp), y(y) {}
 
 void Platen::move_to(double time)
 {
@@ -70,14 +70,13 @@ void Platen::move_to(double time)
 
 NearestSurface Platen::nearest(const Vector3d &point) const
 {
-  const double side = full_speed >= 0. ? 1. : -1.;
   return {side * (point[1] - y), side * Vector3d::UnitY(), velocity * Vector3d::UnitY()};
 }
 
 Box Platen::bounds(double reach) const
 {
   Box box{Vector3d::Constant(-huge), Vector3d::Constant(huge)};
-  if (full_speed >= 0.)
+  if (side > 0.)
     box.upper[1] = y + reach;
   else
     box.lower[1] = y - reach;

@@ -61,16 +61,17 @@ class Platen : public RigidBody
 {
 public:
   /// @param y of the face at the start [m]
-  /// @param speed along y [m/s]; its sign is that of the face's outer normal
+  /// @param side outer normal of the face along y, 1 or -1
+  /// @param speed along y [m/s]
   /// @param ramp duration of the start [s]
-  Platen(double y, double speed, double ramp);
+  Platen(double y, double side, double speed, double ramp);
   void move_to(double time) override;
   NearestSurface nearest(const Eigen::Vector3d &point) const override;
   Box bounds(double reach) const override;
   double curvature_radius() const override { return std::numeric_limits<double>::infinity(); }
   double speed() const override { return std::abs(velocity); }
 
-  const double start, full_speed, ramp;
+  const double start, side, full_speed, ramp;
   double y, velocity = 0.; // along y [m], [m/s]
 };
 } // namespace kerf

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kerf
 {
@@ -22,7 +23,7 @@ Tool::Tool(const ToolSettings &settings, int dim, double k_n, double mean_diamet
     surface_stiffness(kerf::surface_stiffness(settings, dim, k_n, mean_diameter)),
     surface_damping(2. * settings.damping *
                     std::sqrt(density * surface_resolution::particle_spacing * mean_diameter * surface_stiffness)),
-    comm(comm)
+    comm(comm), mean_diameter(mean_diameter)
 {
   if (settings.kind == ToolKind::disc)
   {
@@ -32,8 +33,8 @@ Tool::Tool(const ToolSettings &settings, int dim, double k_n, double mean_diamet
   else if (settings.kind == ToolKind::platens)
   {
     const double speed = 0.5 * settings.closing_speed;
-    bodies.push_back(std::make_unique<Platen>(settings.lower, speed, settings.smoothing_time));
-    bodies.push_back(std::make_unique<Platen>(settings.upper, -speed, settings.smoothing_time));
+    bodies.push_back(std::make_unique<Platen>(settings.lower, 1., speed, settings.smoothing_time));
+    bodies.push_back(std::make_unique<Platen>(settings.upper, -1., -speed, settings.smoothing_time));
     shares = {-0.5, 0.5};
   }
   move_to(0.);
@@ -108,12 +109,74 @@ void Tool::push_surface(const RigidBody &body, fem::SurfaceContact &rock_surface
   rock_surface.add_surface_forces(point_force, fem::SurfaceLoad::tool);
 }
 
+void Tool::hold(const dem::Packing &packing)
+{
+  if (!settings.pulls())
+    return;
+  const double reach = packing.gap_tolerance * packing.radii.mean();
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+  {
+    start_gaps[b].assign(packing.size(), std::numeric_limits<double>::infinity());
+    for (int i = 0; i < packing.size(); ++i)
+      if (const double gap = bodies[b]->nearest(packing.positions.col(i)).gap - packing.radii[i]; gap < reach)
+        start_gaps[b][i] = gap;
+  }
+}
+
+/// Spring and dashpot along the normal, in tension and compression. The rock slides along the platen freely, so that the
+/// specimen contracts laterally. Theory (9.20).
+Vector3d Tool::holding_force(const NearestSurface &surface, const Vector3d &rock_velocity, double stiffness, double damping,
+                             double share)
+{
+  const double approach = (rock_velocity - surface.velocity).dot(surface.normal);
+  const Vector3d force = (-stiffness * surface.gap - damping * approach) * surface.normal;
+  load.force += share * force;
+  load.power += force.dot(surface.velocity);
+  return force;
+}
+
+void Tool::hold_particles(const RigidBody &body, const std::vector<double> &start_gap, dem::Particles &particles, double share)
+{
+  for (int i = 0; i < particles.n; ++i)
+  {
+    if (std::isinf(start_gap[particles.index[i]]))
+      continue;
+    NearestSurface surface = body.nearest(particles.position.col(i));
+    surface.gap -= particles.radius[i] + start_gap[particles.index[i]];
+    const double stiffness = particles.weight[i] * particle_stiffness;
+    const double damping = 2. * settings.damping * std::sqrt(stiffness * particles.mass[i]);
+    particles.force.col(i) += holding_force(surface, particles.velocity.col(i), stiffness, damping, share);
+    touched_particles.push_back(i);
+  }
+}
+
+void Tool::hold_surface(const RigidBody &body, fem::SurfaceContact &rock_surface, double share)
+{
+  // The surface follows the platen within far less than a diameter. Other faces of the specimen are not parallel to it.
+  const Box box = body.bounds(mean_diameter);
+  const auto near = [&](const Vector3d &centre, double radius) { return body.nearest(centre).gap < radius + mean_diameter; };
+  rock_surface.surface_points(box.lower, box.upper, near, points);
+  point_force.setZero(3, points.position.cols());
+  for (int q = 0; q < points.position.cols(); ++q)
+    if (const NearestSurface surface = body.nearest(points.position.col(q)); points.normal.col(q).dot(surface.normal) < -0.9)
+      point_force.col(q) = holding_force(surface, points.velocity.col(q), points.area[q] * surface_stiffness,
+                                         points.area[q] * surface_damping, share);
+  rock_surface.add_surface_forces(point_force, fem::SurfaceLoad::tool);
+}
+
 void Tool::apply(dem::Particles &particles, fem::SurfaceContact *rock_surface)
 {
   load = Load();
   touched_particles.clear();
   for (std::size_t b = 0; b < bodies.size(); ++b)
   {
+    if (settings.pulls())
+    {
+      hold_particles(*bodies[b], start_gaps[b], particles, shares[b]);
+      if (rock_surface)
+        hold_surface(*bodies[b], *rock_surface, shares[b]);
+      continue;
+    }
     push_particles(*bodies[b], particles, shares[b]);
     if (rock_surface)
       push_surface(*bodies[b], *rock_surface, shares[b]);

@@ -6,6 +6,7 @@
 #include "coupler/loading/tool/rigid_bodies.h"
 #include "coupler/loading/tool/tool_settings.h"
 #include "dem_side/dem_side.h"
+#include "dem_side/packing/packing.h"
 #include "fem_side/fem_side.h"
 
 #include <array>
@@ -39,6 +40,9 @@ public:
   /// (9.21).
   /// @param layer thickness of the layer of rock whose mass the surface of the finite elements offers to the contact [m]
   void set_time_step(double dt, double layer);
+  /// Chooses the particles that platens hold when they pull: those that touch them in the store, with the gap of a bond. Other
+  /// tools hold nothing. Not collective.
+  void hold(const dem::Packing &packing);
 
   /// Places the tool at @p time [s].
   void move_to(double time);
@@ -81,6 +85,10 @@ private:
                                 double damping, double share);
   void push_particles(const RigidBody &body, dem::Particles &particles, double share);
   void push_surface(const RigidBody &body, fem::SurfaceContact &rock_surface, double share);
+  Eigen::Vector3d holding_force(const NearestSurface &surface, const Eigen::Vector3d &rock_velocity, double stiffness,
+                                double damping, double share);
+  void hold_particles(const RigidBody &body, const std::vector<double> &start_gap, dem::Particles &particles, double share);
+  void hold_surface(const RigidBody &body, fem::SurfaceContact &rock_surface, double share);
 
   ToolSettings settings;
   ContactLaw law;
@@ -92,6 +100,9 @@ private:
   MPI_Comm comm;
   std::vector<std::unique_ptr<RigidBody>> bodies;
   std::vector<double> shares; // of each body's force in the load
+  double mean_diameter;       // [m]
+  // Of platens that pull: gap of each particle of the store at the start [m]; infinite: it is not held.
+  std::array<std::vector<double>, 2> start_gaps;
   Load load;
   std::vector<int> touched_particles;
   std::vector<double> contact_weights;

@@ -22,13 +22,15 @@ struct ToolSettings
   double width = 0.;                                    ///< of the disc along its axis, 0: infinite [m]
   std::vector<std::pair<double, Eigen::Vector3d>> path; ///< of the disc: time [s], centre [m]
   double smoothing_time = 0.;                           ///< of the disc's path; start-up time of the platens [s]
-  bool rolling = true;           ///< the disc rolls along its lowest point without slip, else it does not rotate
-  double closing_speed = 0.;     ///< of the platens relative to each other [m/s]
+  bool rolling = true; ///< the disc rolls along its lowest point without slip, else it does not rotate
+  /// Of the platens relative to each other [m/s]. Negative: they pull; each holds the rock that touches it at the start.
+  double closing_speed = 0.;
   double lower = 0., upper = 0.; ///< faces of the platens at the start, y [m]; filled in from the mesh
   double stiffness_ratio = 0.;   ///< contact stiffness / k_n; 0: as stiff as the time step allows [-]
   double friction = 0.;          ///< Coulomb coefficient [-]
   double damping = 0.;           ///< fraction of critical [-]
 
   bool present() const { return kind != ToolKind::none; }
+  bool pulls() const { return kind == ToolKind::platens && closing_speed < 0.; }
 };
 } // namespace kerf

@@ -66,7 +66,7 @@ TEST(Disc, GapIsADistance)
 TEST(Platen, MovesWithSmoothStart)
 {
   const double speed = 0.3, ramp = 0.5;
-  Platen platen(1., -speed, ramp); // faces down
+  Platen platen(1., -1., -speed, ramp); // faces down
   double y = 1.;
   const double dt = 1e-4;
   for (int k = 0; k < 10000; ++k)
