@@ -2,6 +2,7 @@
 #include "dem_side/dem_side.h"
 
 #include "dem_side/bond/bond_weight.h"
+#include "dem_side/bond/rock_bond_law.h"
 #include "dem_side/engine/balance_ranks.h"
 #include "dem_side/engine/install_rock_bond.h"
 #include "dem_side/engine/liggghts_instance.h"
@@ -73,7 +74,16 @@ struct DemSide::Engine
   {
     return packing.wrapped(packing.positions.col(particle.index) + particle.displacement);
   }
+  static Eigen::Quaterniond rotation_of(const NewParticle &particle)
+  {
+    const double angle = particle.rotation.norm();
+    const Eigen::Vector3d axis = angle > 0. ? Eigen::Vector3d(particle.rotation / angle) : Eigen::Vector3d::UnitZ();
+    return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis));
+  }
   void make(const NewParticle &particle);
+  template <int dim>
+  std::vector<StoredPair> misfitting_bonds(const std::vector<NewParticle> &particles,
+                                           const std::unordered_map<int, NewParticle> &expected) const;
   std::int64_t n_bonds_to_new() const;
   void update_masses();
   void notice_leavers();
@@ -171,9 +181,7 @@ void DemSide::Engine::make(const NewParticle &particle)
   for (int f = 0; f < lmp->modify->nfix; ++f)
     if (lmp->modify->fix[f]->create_attribute)
       lmp->modify->fix[f]->set_arrays(i);
-  const double angle = particle.rotation.norm();
-  const Eigen::Vector3d axis = angle > 0. ? Eigen::Vector3d(particle.rotation / angle) : Eigen::Vector3d::UnitZ();
-  style->initialise(i, weights[particle.index], Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)));
+  style->initialise(i, weights[particle.index], rotation_of(particle));
 }
 
 /// Largest reach of the neighbour lists [m].
@@ -197,7 +205,7 @@ std::int64_t DemSide::Engine::n_bonds_to_new() const
     if (style->added[i])
       for (const int j : stored_bonds.partners_of(i))
         n += active[j] && (!style->added[j] || i < j);
-  return n;
+  return n - static_cast<std::int64_t>(style->born_broken.size());
 }
 
 void DemSide::Engine::update_masses()
@@ -240,7 +248,7 @@ DemSide::DemSide(const Settings &settings)
 
 DemSide::~DemSide() = default;
 
-void DemSide::insert(const std::vector<NewParticle> &particles)
+void DemSide::insert(const std::vector<NewParticle> &particles, const std::vector<StoredPair> &broken)
 {
   Engine &e = *engine;
   e.check(particles);
@@ -277,10 +285,57 @@ void DemSide::insert(const std::vector<NewParticle> &particles)
   e.style->added.resize(e.packing.size(), 0);
   for (const NewParticle &particle : particles)
     e.active[particle.index] = e.was_active[particle.index] = e.style->added[particle.index] = 1;
+  e.style->born_broken.insert(broken.begin(), broken.end());
   e.n_active += static_cast<int>(particles.size());
   e.style->n_particles += particles.size();
   ++e.style->order;
   e.has_lists = e.is_set_up = false;
+}
+
+template <int dim>
+std::vector<StoredPair> DemSide::Engine::misfitting_bonds(const std::vector<NewParticle> &particles,
+                                                          const std::unordered_map<int, NewParticle> &expected) const
+{
+  struct State
+  {
+    Eigen::Vector3d position;
+    Eigen::Quaterniond rotation;
+  };
+  std::unordered_map<int, State> present; // of the partners on this rank
+  const Particles here = style->particles();
+  for (int i = 0; i < here.n; ++i)
+    if (expected.count(here.index[i]))
+    {
+      const double *q = here.rotation + 4 * i;
+      present[here.index[i]] = {here.position.col(i), Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
+    }
+  const auto state_of = [this](const NewParticle &particle) { return State{position_of(particle), rotation_of(particle)}; };
+  const auto strain = [this](int i, const State &a, int j, const State &b)
+  {
+    const Eigen::Vector3d stored = packing.branch(i, j);
+    const Eigen::Vector3d to = a.position + packing.shortest(b.position - a.position), normal = stored.normalized();
+    return law::bond_strain<dim, double>(
+      law::make_pair<dim, double>(a.position.template head<dim>(), to.template head<dim>(), packing.radii[i], packing.radii[j]),
+      stored.norm(), (a.rotation * normal).template head<dim>(), (b.rotation * normal).template head<dim>());
+  };
+  std::vector<StoredPair> misfits;
+  for (const NewParticle &particle : particles)
+    for (const int partner : stored_bonds.partners_of(particle.index))
+      if (const auto actual = present.find(partner); actual != present.end())
+      {
+        const State own = state_of(particle);
+        if (law::misfits<dim>(strain(particle.index, own, partner, actual->second),
+                              strain(particle.index, own, partner, state_of(expected.at(partner))), settings.bond))
+          misfits.push_back({std::min(particle.index, partner), std::max(particle.index, partner)});
+      }
+  return misfits;
+}
+
+std::vector<StoredPair> DemSide::misfitting_bonds(const std::vector<NewParticle> &particles,
+                                                  const std::unordered_map<int, NewParticle> &expected) const
+{
+  return engine->packing.dim == 2 ? engine->misfitting_bonds<2>(particles, expected)
+                                  : engine->misfitting_bonds<3>(particles, expected);
 }
 
 void DemSide::remove(const std::vector<int> &particles)

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 namespace kerf::dem
@@ -27,7 +28,16 @@ public:
   /// Takes particles out of the store. @p particles is the same list on every rank; none of them may be taken. Bonds of the
   /// store between a new and any active particle are created in the state that the displacements give them. Follow with
   /// set_weights() and setup(). Throws Unstable when a state is not finite or outside of the domain.
-  void insert(const std::vector<NewParticle> &particles);
+  /// @param broken stored bonds of new particles to active ones that are not created: they count as broken. A new pair without
+  /// a bond that overlaps starts without force. Theory (3.18)
+  void insert(const std::vector<NewParticle> &particles, const std::vector<StoredPair> &broken = {});
+
+  /// Stored bonds between @p particles, which are not active, and active particles that are no longer where a field expects
+  /// them: their deformation differs from the expected one by more than the bond can bear. Theory (7.20)
+  /// @param expected the state by the field of active partners, by index in the packing
+  /// Each bond on exactly one rank. Not collective.
+  std::vector<StoredPair> misfitting_bonds(const std::vector<NewParticle> &particles,
+                                           const std::unordered_map<int, NewParticle> &expected) const;
 
   /// Puts active particles back into the store, the same list on every rank. They can be inserted again. Their bonds and
   /// contacts are forgotten, so none of them should have a broken bond. Follow with set_weights() and setup().

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <functional>
 
@@ -47,12 +48,16 @@ enum class Phase
 /// Adds external forces. Called on every rank after the bond and contact forces, in each step before the second half kick.
 using ForceHook = std::function<void(Phase, Particles &)>;
 
-/// A bond that failed.
+/// A stored bond, by the indices of its ends in the packing, first < second.
+using StoredPair = std::array<int, 2>;
+
+/// A bond that failed, or was broken when its particles became active.
 struct BrokenBond
 {
   std::int64_t step = 0;
   int first = -1, second = -1;                        ///< indices in the packing, first < second
   bool shear = false;                                 ///< failed by |F_t| >= R_t + mu_b F_c, else by F_n >= R_n
+  bool at_birth = false;                              ///< never was intact, see DemSide::insert()
   Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< of the contact point [m]
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/conversion.h"
 
+#include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
 #include "coupler/method/activation/relaxation.h"
 #include "coupler/method/activation/state_transfer.h"
@@ -21,9 +22,11 @@ Conversion::Conversion(const ModelSettings &settings, Mode mode, fem::FemSide &f
 {
 }
 
-ActivationEvent Conversion::audit_before() const
+ActivationEvent Conversion::audit_before(const std::vector<int> &cells) const
 {
   ActivationEvent event;
+  for (const int cell : cells)
+    event.place += cell_centre(fem.mesh(), cell) / static_cast<double>(cells.size());
   const EnergyLedger ledger = energies();
   event.held_before = ledger.held();
   event.before = conserved_quantities(fem, dem, ledger, comm);
@@ -39,7 +42,7 @@ void Conversion::audit_after(ActivationEvent &event) const
 
 ActivationEvent Conversion::convert(const std::vector<int> &cells)
 {
-  ActivationEvent event = audit_before();
+  ActivationEvent event = audit_before(cells);
   event.cells = static_cast<int>(cells.size());
   const CellStresses stress = stresses_of(cells, false);
 
@@ -55,6 +58,8 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
   // Project before the weights change: the finite elements still carry the field everywhere.
   std::vector<dem::NewParticle> particles = project(fem, overlap, packing, dem.is_taken(), comm);
   constraint.place(particles, fem);
+  const std::vector<dem::StoredPair> broken = broken_at_birth(particles, fem, dem, packing, overlap.bonds(), comm);
+  event.bonds_born_broken = static_cast<std::int64_t>(broken.size());
   event.particles = static_cast<int>(particles.size());
   std::vector<int> added;
   for (const dem::NewParticle &particle : particles)
@@ -68,7 +73,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
         acceleration[c] = 0.;
 
   fem.set_weights(overlap.fe_weights(), overlap.fe_surface_weights());
-  dem.insert(particles);
+  dem.insert(particles, broken);
   const std::vector<TiedParticle> ties = active_ties();
   constraint.set_particles(ties);
   relax_particles(added, reweighted, ties, accelerations);
@@ -83,7 +88,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
 
 ActivationEvent Conversion::return_to_continuum(const std::vector<int> &cells)
 {
-  ActivationEvent event = audit_before();
+  ActivationEvent event = audit_before(cells);
   event.cells = -static_cast<int>(cells.size());
   const CellStresses stress = stresses_of(cells, true);
 

@@ -44,7 +44,7 @@ public:
   bool relaxing() const { return is_relaxing; }
 
 private:
-  ActivationEvent audit_before() const;
+  ActivationEvent audit_before(const std::vector<int> &cells) const;
   void audit_after(ActivationEvent &event) const;
   CellStresses stresses_of(const std::vector<int> &cells, bool of_particles);
   std::int64_t bonds_between(const std::vector<int> &added) const;

@@ -186,6 +186,14 @@ Failure bond_failure(const BondStrain<dim> &strain, const BondParameters &bond)
   return fails_in_shear(strain, bond) ? Failure::shear : Failure::none;
 }
 
+/// Whether two deformations of a bond differ by more than the bond can bear. Theory (7.20).
+template <int dim>
+bool misfits(const BondStrain<dim> &actual, const BondStrain<dim> &expected, const BondParameters &bond)
+{
+  return bond.k_n * std::abs(actual.elongation - expected.elongation) >= bond.R_n ||
+         bond.k_t * (actual.shear - expected.shear).norm() >= bond.R_t;
+}
+
 /// Distance below which an unbonded pair is in contact [m]. Stored particles may overlap. For a broken bond the contact begins
 /// at its rest length, so that this overlap causes no force when the bond breaks. @param rest_length 0 when never bonded.
 inline double contact_length(double radii, double rest_length)

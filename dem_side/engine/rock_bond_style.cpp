@@ -2,6 +2,7 @@
 #include "dem_side/engine/rock_bond_style.h"
 
 #include "dem_side/bond/bond_kinematics.h"
+#include "dem_side/bond/rock_bond_law.h"
 #include "dem_side/errors.h"
 
 #include <algorithm>
@@ -169,25 +170,65 @@ void RockBondStyle::check_intact_bonds()
 void RockBondStyle::create_bonds()
 {
   std::int64_t made = 0;
-  const int *tag = lmp.atom->tag;
-  const int n_local = lmp.atom->nlocal;
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  const int *tag = atom.tag;
+  const int n_local = atom.nlocal;
   const Packing &packing = *parameters.packing;
   for_each_pair(
     [&](int i, int j, PairHistory &history, int &flag)
     {
       const int a = tag[i] - 1, b = tag[j] - 1;
-      if (std::max(a, b) >= packing.size() || !(added[a] || added[b]) || !parameters.stored_bonds->bonded(a, b))
+      if (std::max(a, b) >= packing.size() || !(added[a] || added[b]))
         return;
-      const Eigen::Vector3d stored = packing.branch(a, b);
-      history.state = PairHistory::intact;
-      history.rest_length = stored.norm();
-      Eigen::Map<Eigen::Vector3d>(history.vector) = stored / history.rest_length;
+      const bool bonded = parameters.stored_bonds->bonded(a, b);
+      if (bonded && !born_broken.count({std::min(a, b), std::max(a, b)}))
+      {
+        const Eigen::Vector3d stored = packing.branch(a, b);
+        history.state = PairHistory::intact;
+        history.rest_length = stored.norm();
+        Eigen::Map<Eigen::Vector3d>(history.vector) = stored / history.rest_length;
+        flag = 1;
+        made += j < n_local ? 2 : 1;
+        return;
+      }
+      // One particle was put where the other one is: what they overlap by stores no energy.
+      const double *x = atom.x[i], *y = atom.x[j];
+      const double distance = (Eigen::Map<const Eigen::Vector3d>(x) - Eigen::Map<const Eigen::Vector3d>(y)).norm();
+      const double length = law::contact_length(atom.radius[i] + atom.radius[j], bonded ? packing.branch(a, b).norm() : 0.);
+      if (!bonded && distance >= length)
+        return;
+      history.state = PairHistory::broken;
+      history.rest_length = std::min(length, distance);
+      Eigen::Map<Eigen::Vector3d>(history.vector).setZero();
       flag = 1;
-      made += j < n_local ? 2 : 1;
     });
+  record_born_broken();
   added.clear();
   MPI_Allreduce(&made, &bond_ends_made, 1, MPI_INT64_T, MPI_SUM, lmp.world);
   bond_ends_at_build += bond_ends_made;
+}
+
+/// The ends may be too far apart to be listed as a pair, or on two ranks.
+void RockBondStyle::record_born_broken()
+{
+  const Packing &packing = *parameters.packing;
+  std::vector<int> local(packing.size(), -1);
+  for (int i = 0; i < lmp.atom->nlocal; ++i)
+    if (const int particle = lmp.atom->tag[i] - 1; particle < packing.size())
+      local[particle] = i;
+  for (const auto &[first, second] : born_broken)
+  {
+    for (const int end : {first, second})
+      if (local[end] >= 0)
+        broken_counts->vector_atom[local[end]] += 1.;
+    if (local[first] < 0)
+      continue;
+    const double share = packing.radii[first] / (packing.radii[first] + packing.radii[second]);
+    const Eigen::Vector3d position =
+      Eigen::Map<const Eigen::Vector3d>(lmp.atom->x[local[first]]) + share * packing.branch(first, second);
+    broken.push_back({steps, first, second, false, true, position});
+  }
+  born_broken.clear();
 }
 
 void RockBondStyle::record_break(int i, int j, bool shear, const Eigen::Vector3d &position)
@@ -199,7 +240,7 @@ void RockBondStyle::record_break(int i, int j, bool shear, const Eigen::Vector3d
   if (inside)
     broken_counts->vector_atom[j] += 1.;
   if (inside || tag[i] < tag[j])
-    broken.push_back({steps, std::min(tag[i], tag[j]) - 1, std::max(tag[i], tag[j]) - 1, shear, position});
+    broken.push_back({steps, std::min(tag[i], tag[j]) - 1, std::max(tag[i], tag[j]) - 1, shear, false, position});
 }
 
 std::int64_t RockBondStyle::intact_bond_ends() const

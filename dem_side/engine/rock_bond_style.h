@@ -11,6 +11,7 @@
 #include <lammps.h>
 #include <neigh_list.h>
 #include <pair_gran.h>
+#include <set>
 #include <vector>
 
 namespace kerf::dem
@@ -20,7 +21,7 @@ namespace kerf::dem
 struct PairHistory
 {
   double state;       ///< one of the values below
-  double rest_length; ///< stored distance of a bond, intact or broken; 0: never bonded [m]
+  double rest_length; ///< stored distance of a bond; else largest length of the contact, 0: sum of the radii [m]
   double vector[3];   ///< intact: reference normal of the bond; else: tangential spring of the contact [m]
 
   static constexpr double unbonded = 0., intact = 1., broken = 2.;
@@ -58,14 +59,15 @@ inline double list_skin(const Packing &packing)
 class RockBondStyle : public LIGGGHTS::PairStyles::IGranularPairStyle
 {
 public:
-  const ForceHook *hook = nullptr; ///< called in every force computation
-  std::vector<char> added;         ///< by index: inserted, its bonds are not created yet. Empty: nothing to create
-  std::int64_t bond_ends_made = 0; ///< by the last creation, over all ranks: twice the number of bonds
-  std::int64_t n_particles = 0;    ///< over all ranks that the next list build will find if none leaves the domain
-  std::int64_t steps = 0;          ///< since the start
-  std::uint64_t order = 0;         ///< see Particles::order
-  bool overstretched = false;      ///< an intact bond is longer than the neighbour lists reach
-  bool constants_changed = false;  ///< weights or masses have changed since the lists were built
+  const ForceHook *hook = nullptr;  ///< called in every force computation
+  std::vector<char> added;          ///< by index: inserted, its bonds are not created yet. Empty: nothing to create
+  std::set<StoredPair> born_broken; ///< stored bonds of added particles that are not created
+  std::int64_t bond_ends_made = 0;  ///< by the last creation, over all ranks: twice the number of bonds
+  std::int64_t n_particles = 0;     ///< over all ranks that the next list build will find if none leaves the domain
+  std::int64_t steps = 0;           ///< since the start
+  std::uint64_t order = 0;          ///< see Particles::order
+  bool overstretched = false;       ///< an intact bond is longer than the neighbour lists reach
+  bool constants_changed = false;   ///< weights or masses have changed since the lists were built
   Dissipation dissipation;
   std::vector<BrokenBond> broken; ///< since the start
 
@@ -125,6 +127,7 @@ private:
   void refresh_ghosts();
   void check_intact_bonds();
   void create_bonds();
+  void record_born_broken();
 
   LAMMPS_NS::FixPropertyAtom *rotations, *weights, *broken_counts;
   std::vector<int> index;              ///< in the packing, of the local particles

@@ -32,11 +32,12 @@ ConversionLog::ConversionLog(const std::string &directory, bool plane) : plane(p
   for (const Column &column : columns)
     if (!column.in_space || !plane)
       csv << "; " << column.name << " [" << column.unit << "]";
-  csv << "; bonds_created: by the conversion, bonds_stored: number of stored bonds that it had to create\n"
+  csv << "; bonds_created: by the conversion, broken ones included, bonds_stored: number of stored bonds of its particles, "
+         "bonds_born_broken: of them, broken from the start\n"
       << "# negative cells and particles: returned to the continuum; stress and stress_jump [Pa]: root mean square "
          "over "
          "the cells before, and of the difference\n"
-      << "step,time,cells,particles,bonds_created,bonds_stored,stress,stress_jump";
+      << "step,time,cells,particles,bonds_created,bonds_stored,bonds_born_broken,stress,stress_jump";
   for (const Column &column : columns)
     if (!column.in_space || !plane)
       csv << ',' << column.name << "_before," << column.name << "_after";
@@ -46,7 +47,8 @@ ConversionLog::ConversionLog(const std::string &directory, bool plane) : plane(p
 void ConversionLog::add(const ActivationEvent &event)
 {
   csv << event.step << ',' << event.time << ',' << event.cells << ',' << event.particles << ','
-      << event.after.bonds - event.before.bonds << ',' << event.bonds_stored << ',' << event.stress << ',' << event.stress_jump;
+      << event.after.bonds - event.before.bonds << ',' << event.bonds_stored << ',' << event.bonds_born_broken << ','
+      << event.stress << ',' << event.stress_jump;
   for (const Column &column : columns)
     if (!column.in_space || !plane)
       csv << ',' << column.value(event.before) << ',' << column.value(event.after);

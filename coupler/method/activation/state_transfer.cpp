@@ -70,6 +70,12 @@ std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap,
   for (int i = 0; i < packing.size(); ++i)
     if (!taken[i] && overlap.needs_particle(i))
       indices.push_back(i);
+  return states_by_field(fem, packing, indices, comm);
+}
+
+std::vector<dem::NewParticle> states_by_field(fem::FemSide &fem, const dem::Packing &packing, const std::vector<int> &indices,
+                                              MPI_Comm comm)
+{
   const Probe probe(fem, packing, indices, comm);
   Eigen::Matrix3Xd u, v;
   fem.read_window(fem::NodalField::displacement, u);
@@ -101,6 +107,30 @@ std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap,
   std::sort(particles.begin(), particles.end(),
             [](const dem::NewParticle &a, const dem::NewParticle &b) { return a.index < b.index; });
   return particles;
+}
+
+std::vector<dem::StoredPair> broken_at_birth(const std::vector<dem::NewParticle> &particles, fem::FemSide &fem,
+                                             const dem::DemSide &dem, const dem::Packing &packing,
+                                             const dem::StoredBonds &bonds, MPI_Comm comm)
+{
+  std::vector<int> partners;
+  for (const dem::NewParticle &particle : particles)
+    for (const int partner : bonds.partners_of(particle.index))
+      if (dem.is_active()[partner])
+        partners.push_back(partner);
+  std::sort(partners.begin(), partners.end());
+  partners.erase(std::unique(partners.begin(), partners.end()), partners.end());
+  std::unordered_map<int, dem::NewParticle> expected;
+  for (const dem::NewParticle &partner : states_by_field(fem, packing, partners, comm))
+    expected[partner.index] = partner;
+  std::vector<int> ends;
+  for (const dem::StoredPair &pair : dem.misfitting_bonds(particles, expected))
+    ends.insert(ends.end(), pair.begin(), pair.end());
+  ends = gather_all(ends, MPI_INT, comm);
+  std::vector<dem::StoredPair> broken;
+  for (std::size_t k = 0; k < ends.size(); k += 2)
+    broken.push_back({ends[k], ends[k + 1]});
+  return broken;
 }
 
 std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem, const dem::Packing &packing,

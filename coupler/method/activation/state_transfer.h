@@ -17,6 +17,18 @@ namespace kerf
 std::vector<dem::NewParticle> project(fem::FemSide &fem, const Overlap &overlap, const dem::Packing &packing,
                                       const std::vector<char> &taken, MPI_Comm comm);
 
+/// The same for stored particles @p indices, ascending.
+std::vector<dem::NewParticle> states_by_field(fem::FemSide &fem, const dem::Packing &packing, const std::vector<int> &indices,
+                                              MPI_Comm comm);
+
+/// Stored bonds between new @p particles and active ones that must not be created, the same list on every rank. An active
+/// partner may have come off the rock. It then is not where the finite elements expect it, and the bond would be born with
+/// energy that nothing has put in. The field is that before the weights change. Collective. Replaces the nodal window of the
+/// finite elements. Theory (7.20).
+std::vector<dem::StoredPair> broken_at_birth(const std::vector<dem::NewParticle> &particles, fem::FemSide &fem,
+                                             const dem::DemSide &dem, const dem::Packing &packing,
+                                             const dem::StoredBonds &bonds, MPI_Comm comm);
+
 /// Accelerations f/m of the finite elements at stored particles, at the end of the last step [m/s^2], by index in the packing,
 /// the same on every rank. Collective. Replaces the nodal window of the finite elements.
 std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem, const dem::Packing &packing,
