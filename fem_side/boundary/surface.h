@@ -36,12 +36,12 @@ struct SurfaceFace
 {
   static constexpr int n = q1::n_nodes<dim - 1>; ///< nodes
 
-  int number = 0;           ///< among the faces of the mesh's boundary
-  std::array<int, n> dofs;  ///< local position of the first component of each node
-  double turn = 1.;         ///< -1 if the face's coordinates give the inner normal
-  int parts = 1;            ///< Gauss points of this many parts along each direction of the face
-  int first_point = 0;      ///< among the points of the surface
-  bool has_weight = true;   ///< at any of its points
+  int number = 0;          ///< among the faces of the mesh's boundary
+  std::array<int, n> dofs; ///< local position of the first component of each node
+  double turn = 1.;        ///< -1 if the face's coordinates give the inner normal
+  int parts = 1;           ///< Gauss points of this many parts along each direction of the face
+  int first_point = 0;     ///< among the points of the surface
+  bool has_weight = true;  ///< at any of its points
 
   int n_points() const { return n_points_of_face<dim>(parts); }
 };

@@ -37,8 +37,8 @@ Overlap::Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_point
   : mesh(mesh), packing(packing), centres(cell_centres(mesh)), stored_bonds(packing), overlap_width(width), function(function),
     cells_of_node(cells_by_node(mesh)), converted(mesh.n_cells(), 0),
     particle_distance(mesh, packing.positions, width * (1. + 2. * on_border)),
-    cell_distance(mesh, centres, width + 2. * packing.mean_diameter),
-    particle_weight(Eigen::VectorXd::Zero(packing.size())), needed(packing.size(), 0)
+    cell_distance(mesh, centres, width + 2. * packing.mean_diameter), particle_weight(Eigen::VectorXd::Zero(packing.size())),
+    needed(packing.size(), 0)
 {
   add_points(quadrature_points);
   add_points(surface_points);
@@ -59,8 +59,8 @@ void Overlap::find_inside_parts()
                                       const Eigen::Vector3d place = packing.positions.col(i) - shift;
                                       const double radius = packing.radii[i];
                                       if (box.squaredExteriorDistance(place) < radius * radius)
-                                        inside_part[i] = std::min(
-                                          inside_part[i], 0.5 + 0.5 * distance_to_face(mesh, face, place) / radius);
+                                        inside_part[i] =
+                                          std::min(inside_part[i], 0.5 + 0.5 * distance_to_face(mesh, face, place) / radius);
                                     });
   }
 }
