@@ -38,17 +38,17 @@ void AbsorbingBoundary<dim>::assemble(const NodalSpace<dim> &space, const Surfac
   {
     if (!absorbs[face.number])
       continue;
-    surface.for_each_load_point(
-      face,
-      [&](const auto &N, const double area, const q1::Point<dim> &n)
-      {
-        const Matrix normal = n * n.transpose();
-        const Matrix impedance = normal_impedance * normal + tangential_impedance * (Matrix::Identity() - normal);
-        for (int a = 0; a < SurfaceFace<dim>::n; ++a)
-          for (int r = 0; r < dim; ++r)
-            for (int c = 0; c < dim; ++c)
-              rows[r][face.dofs[a] + c] += N[a] * area * impedance(r, c);
-      });
+    surface.for_each_load_point(face,
+                                [&](const auto &N, const double area, const q1::Point<dim> &n)
+                                {
+                                  const Matrix normal = n * n.transpose();
+                                  const Matrix impedance =
+                                    normal_impedance * normal + tangential_impedance * (Matrix::Identity() - normal);
+                                  for (int a = 0; a < SurfaceFace<dim>::n; ++a)
+                                    for (int r = 0; r < dim; ++r)
+                                      for (int c = 0; c < dim; ++c)
+                                        rows[r][face.dofs[a] + c] += N[a] * area * impedance(r, c);
+                                });
   }
   for (NodalVector &row : rows)
     space.sum_up(row);

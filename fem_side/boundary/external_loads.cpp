@@ -1,11 +1,35 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "fem_side/boundary/external_loads.h"
 
+#include <stdexcept>
+
 namespace kerf::fem
 {
+namespace
+{
+/// Rollers let the rock slide along them, so they cannot hold a shear stress.
+void check_rollers(const Mesh &mesh, const BoundaryCondition &roller, const Eigen::Matrix3d &first_piola)
+{
+  constexpr double round_off = 1e-9;
+  const std::vector<char> selected = selected_faces(mesh, roller);
+  for (std::size_t f = 0; f < selected.size(); ++f)
+    if (selected[f])
+    {
+      const Eigen::Vector3d normal = face_points(mesh, mesh.boundary[f], 0.).area.rowwise().sum().normalized();
+      const Eigen::Vector3d traction = first_piola * normal, shear = traction - traction.dot(normal) * normal;
+      if (shear.norm() > round_off * first_piola.norm())
+        throw std::invalid_argument("boundary condition: roller on " + roller.name() +
+                                    ", which cannot hold the shear of the initial stress; give in_situ or fixed there");
+    }
+}
+} // namespace
+
 template <int dim>
 ExternalLoads<dim>::ExternalLoads(const Mesh &mesh, const Settings &settings, const Eigen::Matrix3d &first_piola)
 {
+  for (const BoundaryCondition &condition : settings.boundary_conditions)
+    if (condition.kind == BoundaryKind::roller && first_piola.norm() > 0.)
+      check_rollers(mesh, condition, first_piola);
   for (const BoundaryCondition &condition : settings.boundary_conditions)
   {
     const bool holds = condition.kind == BoundaryKind::in_situ || condition.kind == BoundaryKind::absorbing;

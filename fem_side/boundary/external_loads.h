@@ -13,7 +13,8 @@ template <int dim>
 class ExternalLoads
 {
 public:
-  /// @p first_piola: stress in equilibrium with the faces of kinds in_situ and absorbing [Pa]
+  /// @p first_piola: stress in equilibrium with the faces of kinds in_situ and absorbing [Pa]. Throws std::invalid_argument
+  /// with one line on rollers that would have to hold a shear stress.
   ExternalLoads(const Mesh &mesh, const Settings &settings, const Eigen::Matrix3d &first_piola);
 
   /// Consistent nodal forces for the present weights of the faces. Gravity acts on the lumped masses. Collective.

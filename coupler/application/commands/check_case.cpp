@@ -44,7 +44,8 @@ int count_particles(const Problem &problem, Mode mode)
     return problem.packing.size();
   const fem::Mesh &mesh = problem.fem->mesh();
   const Eigen::Matrix3Xd no_points(3, 0);
-  Overlap overlap(mesh, no_points, no_points, problem.packing, problem.settings.overlap.weight_function, problem.settings.overlap.width);
+  Overlap overlap(mesh, no_points, no_points, problem.packing, problem.settings.overlap.weight_function,
+                  problem.settings.overlap.width);
   if (mode == Mode::fixed)
     overlap.convert(cells_inside(mesh, problem.settings.fixed_region));
   else if (problem.settings.tool.kind == ToolKind::disc)

@@ -175,8 +175,8 @@ private:
       out << "# Absorbing boundary: dashpots of the impedances rho c_p and rho c_s, on the areas in the files\n";
     for (std::size_t n = 0; n < sides.size(); ++n)
       out << "fix           absorb_" << n + 1 << " all kerf/dashpot normal " << sides[n].normal[0] << ' ' << sides[n].normal[1]
-          << ' ' << sides[n].normal[2] << " Z_p " << c.boundary.impedance_p() << " Z_s " << c.boundary.impedance_s() << " areas "
-          << areas_name(n) << "\n";
+          << ' ' << sides[n].normal[2] << " Z_p " << c.boundary.impedance_p() << " Z_s " << c.boundary.impedance_s()
+          << " areas " << areas_name(n) << "\n";
     out << (sides.empty() ? "" : "\n");
   }
 

@@ -19,8 +19,8 @@ struct ScriptContents
 
 constexpr const char *script_name = "in.kerf";
 
-/// Writes the script, particles.data and areas of absorbing sides into the existing directory @p directory. Paths in the script are relative to it.
-/// Throws InputError.
+/// Writes the script, particles.data and areas of absorbing sides into the existing directory @p directory. Paths in the script
+/// are relative to it. Throws InputError.
 void write_script(const ScriptContents &contents, const std::string &directory);
 
 /// kerf export: writes the case in mode dem as script and data file for kerf liggghts. Throws InputError. Collective.

@@ -12,8 +12,7 @@ ParticleBoundary::ParticleBoundary(const fem::Mesh &mesh, const fem::Material &r
                                    const double spacing)
   : conditions(conditions), Z_p(rock.density * rock.speed_p()), Z_s(rock.density * rock.speed_s()), roles(packing.size())
 {
-  for (const fem::BoundaryKind kind :
-       {fem::BoundaryKind::fixed, fem::BoundaryKind::velocity, fem::BoundaryKind::roller})
+  for (const fem::BoundaryKind kind : {fem::BoundaryKind::fixed, fem::BoundaryKind::velocity, fem::BoundaryKind::roller})
     for (std::size_t c = 0; c < conditions.size(); ++c)
     {
       if (conditions[c].kind != kind)

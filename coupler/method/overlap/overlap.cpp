@@ -37,11 +37,32 @@ Overlap::Overlap(const fem::Mesh &mesh, const Eigen::Matrix3Xd &quadrature_point
   : mesh(mesh), packing(packing), centres(cell_centres(mesh)), stored_bonds(packing), overlap_width(width), function(function),
     cells_of_node(cells_by_node(mesh)), converted(mesh.n_cells(), 0),
     particle_distance(mesh, packing.positions, width * (1. + 2. * on_border)),
-    cell_distance(mesh, centres, width + 2. * packing.mean_diameter),
-    particle_weight(Eigen::VectorXd::Zero(packing.size())), needed(packing.size(), 0)
+    cell_distance(mesh, centres, width + 2. * packing.mean_diameter), particle_weight(Eigen::VectorXd::Zero(packing.size())),
+    needed(packing.size(), 0)
 {
   add_points(quadrature_points);
   add_points(surface_points);
+  find_inside_parts();
+}
+
+void Overlap::find_inside_parts()
+{
+  inside_part = Eigen::VectorXd::Ones(packing.size());
+  for (const fem::BoundaryFace &face : mesh.boundary)
+  {
+    Eigen::AlignedBox3d box;
+    for (int a = 0; a < (mesh.dim == 2 ? 2 : 4); ++a)
+      box.extend(mesh.nodes.col(face.nodes[a]));
+    particle_distance.for_each_near(face.cell,
+                                    [&](const int i, const Eigen::Vector3d &shift)
+                                    {
+                                      const Eigen::Vector3d place = packing.positions.col(i) - shift;
+                                      const double radius = packing.radii[i];
+                                      if (box.squaredExteriorDistance(place) < radius * radius)
+                                        inside_part[i] =
+                                          std::min(inside_part[i], 0.5 + 0.5 * distance_to_face(mesh, face, place) / radius);
+                                    });
+  }
 }
 
 int Overlap::add_points(const Eigen::Matrix3Xd &points)
@@ -112,7 +133,8 @@ std::vector<char> Overlap::on_region_border() const
 
 /// Share of a tied particle, see TiedParticle. In a uniform stress the weighted bonds of particle i exert the force sum_j (w_j
 /// - w_i)/2 f_ij on it. The bond forces f_ij act mainly along the branches x_ij. The change of linear weights follows the
-/// distance phi, which is constant outside the overlap. Theory (4.5).
+/// distance phi, which is constant outside the overlap. A particle whose centre lies on the boundary stands for half of its
+/// place. Theory (4.5).
 double Overlap::share_of(const int particle) const
 {
   const auto depth = [&](int i) { return std::clamp(particle_distance.values()[i], 0., overlap_width); };
@@ -125,7 +147,7 @@ double Overlap::share_of(const int particle) const
   double whole = 0.; // the same sum well inside the overlap, where the depth varies linearly
   for (const int partner : stored_bonds.partners_of(particle))
     whole += std::pow(packing.branch(particle, partner).dot(change) / size, 2);
-  return std::min(1., size / whole);
+  return inside_part[particle] * std::min(1., size / whole);
 }
 
 void Overlap::find_particles()

@@ -59,6 +59,7 @@ private:
   void find_particles();
   std::vector<char> on_region_border() const;
   double share_of(int particle) const;
+  void find_inside_parts();
 
   const fem::Mesh &mesh;
   const dem::Packing &packing;
@@ -72,6 +73,7 @@ private:
   int changes = 0;
   RegionDistance particle_distance, cell_distance;
   std::vector<RegionDistance> point_distances; // quadrature points, points of the surface, then added ones
+  Eigen::VectorXd inside_part;                 // of each particle's diameter, across the nearest face of the boundary
   Eigen::VectorXd particle_weight;
   std::vector<char> needed;
   std::vector<TiedParticle> tied;

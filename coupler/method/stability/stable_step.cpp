@@ -63,8 +63,7 @@ double limit_of_overlap_around(const std::vector<int> &cells, const ModelSetting
                         boundary.movable(overlap.tied_particles()), particles_of(overlap, packing.size()),
                         part_around(fem.mesh(), cells, reach_of_overlap(settings, constraint)), comm);
   const double limit = model.stable_step(guess);
-  fem.set_weights(Eigen::VectorXd::Ones(fem.quadrature_points().cols()),
-                  Eigen::VectorXd::Ones(fem.surface_positions().cols()));
+  fem.set_weights(Eigen::VectorXd::Ones(fem.quadrature_points().cols()), Eigen::VectorXd::Ones(fem.surface_positions().cols()));
   return limit;
 }
 

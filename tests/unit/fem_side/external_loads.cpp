@@ -250,3 +250,18 @@ TEST(FemLoads, UnusableConditionsGiveOneLine)
   settings.boundary_conditions = {condition(0, BoundaryKind::fixed), condition(0, BoundaryKind::fixed)};
   EXPECT_TRUE(contains(error_of(settings), "id 0 is given twice"));
 }
+
+// A roller lets the rock slide, so shear across it is refused; shear in its plane, which the traction on it lacks, is not.
+TEST(FemLoads, RollersCannotHoldShear)
+{
+  Settings settings = box({2., 2., 2.}, 1.);
+  settings.initial_stress.diagonal() << -3e6, -2e6, -1e6;
+  settings.boundary_conditions = {condition(0, BoundaryKind::roller)};
+  EXPECT_NO_THROW(make_fem_side(settings));
+  settings.initial_stress(1, 2) = settings.initial_stress(2, 1) = 1e6;
+  EXPECT_NO_THROW(make_fem_side(settings));
+  settings.initial_stress(0, 1) = settings.initial_stress(1, 0) = 1e6;
+  EXPECT_THROW(make_fem_side(settings), std::invalid_argument);
+  settings.boundary_conditions = {condition(0, BoundaryKind::in_situ)};
+  EXPECT_NO_THROW(make_fem_side(settings));
+}

@@ -147,3 +147,22 @@ TEST_F(FemExchange, SurfaceForcesKeepForceAndPower)
     EXPECT_NEAR(global_sum(push.row(d).sum()), change.row(d).sum(), 1e-12 * scale);
   EXPECT_GT(change.norm(), 1e7);
 }
+
+// Extents of 0.1 that differ by round-off, of which some are above two parts of 0.05: all faces have the same number of points,
+// and the points are symmetrical about the middle.
+TEST(FemSurface, EqualFacesHaveEqualPoints)
+{
+  Settings settings = box({0.9, 0.3, 0.}, 0.1, MPI_COMM_SELF);
+  settings.surface_spacing = 0.025;
+  const auto side = make_fem_side(settings);
+  const Mesh &mesh = side->mesh();
+  for (const BoundaryFace &face : mesh.boundary)
+    EXPECT_EQ(face_points(mesh, face, settings.surface_spacing).position.cols(), 4);
+  const Eigen::Matrix3Xd &X = side->surface_positions();
+  EXPECT_EQ(X.cols(), 4 * static_cast<int>(mesh.boundary.size()));
+  for (int i = 0; i < X.cols(); ++i)
+  {
+    const Eigen::Vector3d mirrored(0.9 - X(0, i), X(1, i), 0.);
+    EXPECT_LT((X.colwise() - mirrored).colwise().norm().minCoeff(), 1e-14);
+  }
+}

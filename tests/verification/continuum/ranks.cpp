@@ -80,9 +80,8 @@ private:
   /// @param hole radius of what is switched off [h]
   void set_weights(const double hole)
   {
-    kerf::fem::test::set_weights(*side,
-                           [&](const Eigen::Vector3d &X)
-                           { return std::clamp((std::hypot(X[0] - 0.6, X[1] - 0.5) / h - hole) / 5., 0., 1.); });
+    kerf::fem::test::set_weights(*side, [&](const Eigen::Vector3d &X)
+                                 { return std::clamp((std::hypot(X[0] - 0.6, X[1] - 0.5) / h - hole) / 5., 0., 1.); });
   }
   double make_stable() const { return side->stable_step(); }
 

@@ -47,7 +47,8 @@ struct Springs
   explicit Springs(const Case &the_case) : Springs(the_case, dem::generate_packing(the_case.packing)) {}
   Springs(const Case &the_case, const dem::Packing &store)
     : settings(the_case), packing(store), fem(Body::make_fem(settings)),
-      overlap(fem->mesh(), fem->quadrature_points(), fem->surface_positions(), packing, WeightFunction::linear, settings.overlap.width)
+      overlap(fem->mesh(), fem->quadrature_points(), fem->surface_positions(), packing, WeightFunction::linear,
+              settings.overlap.width)
   {
     overlap.convert(cells_inside(fem->mesh(), settings.fixed_region));
     fem->set_weights(overlap.fe_weights(), overlap.fe_surface_weights());

@@ -85,7 +85,8 @@ TEST(PeriodicOverlap, DistancesGoAcrossTheSeam)
   }
 
   // A region from side to side: weights are functions of x, linear here, and sum to one.
-  Overlap overlap(mesh, fem->quadrature_points(), fem->surface_positions(), packing, settings.overlap.weight_function, settings.overlap.width);
+  Overlap overlap(mesh, fem->quadrature_points(), fem->surface_positions(), packing, settings.overlap.weight_function,
+                  settings.overlap.width);
   overlap.convert(cells_inside(mesh, settings.fixed_region));
   const Eigen::VectorXd de = overlap.de_weights(), fe = overlap.fe_weights();
   const auto alpha = [&](double x) { return std::clamp((x - 10. * h) / settings.overlap.width, 0., 1.); };
