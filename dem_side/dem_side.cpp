@@ -315,8 +315,8 @@ std::vector<StoredPair> DemSide::Engine::misfitting_bonds(const std::vector<NewP
     const Eigen::Vector3d stored = packing.branch(i, j);
     const Eigen::Vector3d to = a.position + packing.shortest(b.position - a.position), normal = stored.normalized();
     return law::bond_strain<dim, double>(
-      law::make_pair<dim, double>(a.position.template head<dim>(), to.template head<dim>(), packing.radii[i], packing.radii[j]), stored.norm(),
-      (a.rotation * normal).template head<dim>(), (b.rotation * normal).template head<dim>());
+      law::make_pair<dim, double>(a.position.template head<dim>(), to.template head<dim>(), packing.radii[i], packing.radii[j]),
+      stored.norm(), (a.rotation * normal).template head<dim>(), (b.rotation * normal).template head<dim>());
   };
   std::vector<StoredPair> misfits;
   for (const NewParticle &particle : particles)

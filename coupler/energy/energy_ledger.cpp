@@ -7,11 +7,6 @@
 
 namespace kerf
 {
-double EnergyLedger::turnover() const
-{
-  return std::max({std::abs(initial), std::abs(tool_work) + std::abs(boundary_work), std::abs(conversion)});
-}
-
 std::string EnergyLedger::fastest_growing(const EnergyLedger &before) const
 {
   const std::vector<std::pair<const char *, double EnergyLedger::*>> parts = {{"kinetic", &EnergyLedger::kinetic},

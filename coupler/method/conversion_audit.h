@@ -29,9 +29,9 @@ struct ActivationEvent
   std::int64_t step = 0;
   double time = 0.;
   Eigen::Vector3d place = Eigen::Vector3d::Zero(); ///< mean of the centres of the cells [m]
-  int cells = 0;                 ///< number of cells converted to particles; negative: returned to the continuum
-  int particles = 0;             ///< number of particles inserted; negative: removed
-  std::int64_t bonds_stored = 0; ///< number of stored bonds to active particles that this creates; negative: removes
+  int cells = 0;                      ///< number of cells converted to particles; negative: returned to the continuum
+  int particles = 0;                  ///< number of particles inserted; negative: removed
+  std::int64_t bonds_stored = 0;      ///< number of stored bonds to active particles that this creates; negative: removes
   std::int64_t bonds_born_broken = 0; ///< of them, not created since a particle has left the field, see broken_at_birth()
   ConservedQuantities before, after;
   double held_before = 0., held_after = 0.; ///< energy held by the model, see EnergyLedger::held() [J]

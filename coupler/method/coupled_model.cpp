@@ -72,7 +72,7 @@ void CoupledModel::start()
     record(conversion.convert(cells));
     clock.end_whole();
   }
-  conversion_energy = 0.; // the conversion at the start defines the initial energy
+  conversion_energy = conversion_gain = 0.; // the conversion at the start defines the initial energy
   const EnergyLedger ledger = energies();
   initial_energy = ledger.held() + ledger.lost() - ledger.work();
 }
@@ -193,6 +193,7 @@ void CoupledModel::record(ActivationEvent event)
   event.time = now;
   conversion_energy -= event.held_before;
   conversion_energy += event.held_after;
+  conversion_gain += std::max(0., event.held_after - event.held_before);
   activation_events.push_back(event);
 }
 
@@ -240,6 +241,7 @@ EnergyLedger CoupledModel::energies() const
   ledger.tool_work = sums[2] + continuum.surface[static_cast<int>(fem::SurfaceLoad::tool)];
   ledger.boundary_work = continuum.boundary + sums[3];
   ledger.conversion = conversion_energy;
+  ledger.conversion_gain = conversion_gain;
   ledger.initial = initial_energy;
   return ledger;
 }

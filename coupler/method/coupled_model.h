@@ -103,7 +103,7 @@ private:
 
   std::int64_t n_steps = 0;
   double now = 0.;
-  double initial_energy = 0., conversion_energy = 0.; // see EnergyLedger
+  double initial_energy = 0., conversion_energy = 0., conversion_gain = 0.; // see EnergyLedger
   Tool::Load local_impulse; // time integral of the load on this rank's part since the last take_tool_force()
   double impulse_duration = 0.;
   std::vector<ActivationEvent> activation_events;

@@ -59,15 +59,15 @@ inline double list_skin(const Packing &packing)
 class RockBondStyle : public LIGGGHTS::PairStyles::IGranularPairStyle
 {
 public:
-  const ForceHook *hook = nullptr; ///< called in every force computation
-  std::vector<char> added;         ///< by index: inserted, its bonds are not created yet. Empty: nothing to create
+  const ForceHook *hook = nullptr;  ///< called in every force computation
+  std::vector<char> added;          ///< by index: inserted, its bonds are not created yet. Empty: nothing to create
   std::set<StoredPair> born_broken; ///< stored bonds of added particles that are not created
-  std::int64_t bond_ends_made = 0; ///< by the last creation, over all ranks: twice the number of bonds
-  std::int64_t n_particles = 0;    ///< over all ranks that the next list build will find if none leaves the domain
-  std::int64_t steps = 0;          ///< since the start
-  std::uint64_t order = 0;         ///< see Particles::order
-  bool overstretched = false;      ///< an intact bond is longer than the neighbour lists reach
-  bool constants_changed = false;  ///< weights or masses have changed since the lists were built
+  std::int64_t bond_ends_made = 0;  ///< by the last creation, over all ranks: twice the number of bonds
+  std::int64_t n_particles = 0;     ///< over all ranks that the next list build will find if none leaves the domain
+  std::int64_t steps = 0;           ///< since the start
+  std::uint64_t order = 0;          ///< see Particles::order
+  bool overstretched = false;       ///< an intact bond is longer than the neighbour lists reach
+  bool constants_changed = false;   ///< weights or masses have changed since the lists were built
   Dissipation dissipation;
   std::vector<BrokenBond> broken; ///< since the start
 

@@ -4,6 +4,7 @@
 #include "coupler/application/output/field_output.h"
 #include "coupler/application/output/history.h"
 #include "coupler/application/output/results_directory.h"
+#include "coupler/application/output/run_quality.h"
 #include "coupler/application/output/specimen_gauge.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
@@ -59,6 +60,7 @@ public:
         activations->add(event);
     if (problem->settings.tool.kind == ToolKind::platens)
       gauge = std::make_unique<SpecimenGauge>(problem->settings, problem->fem->mesh(), problem->packing, comm);
+    damage = std::make_unique<DamageWatch>(*model, problem->settings.activation.check_interval, comm);
     fields = std::make_unique<FieldOutput>(directory, *model, comm);
     n_steps = std::max<std::int64_t>(1, std::llround(std::ceil(problem->settings.end_time / problem->dt - 1e-9)));
     snapshot_interval = std::max<std::int64_t>(1, n_steps / problem->settings.n_snapshots);
@@ -121,9 +123,14 @@ private:
         chunk = std::min(chunk, steps_to(model->step(), problem->settings.activation.check_interval));
       model->advance(static_cast<int>(std::min<std::int64_t>(chunk, 500)));
       report_leavers();
+      damage->look();
 
       if (mode == Mode::adaptive && model->step() % problem->settings.activation.check_interval == 0)
-        report_events(model->adapt());
+        if (model->adapt())
+        {
+          report_event();
+          check_conversions();
+        }
       if (model->step() % problem->settings.history_interval == 0 || model->step() == n_steps)
         write_row();
       if (model->step() % snapshot_interval == 0)
@@ -146,9 +153,9 @@ private:
     std::signal(SIGTERM, previous_term);
   }
 
-  void report_events(bool changed)
+  void report_event()
   {
-    if (!changed || rank != 0)
+    if (rank != 0)
       return;
     const ActivationEvent &event = model->events().back();
     activations->add(event);
@@ -158,6 +165,8 @@ private:
          << (event.cells < 0 ? " particles removed" : " particles activated") << "; mass " << event.before.mass << " -> "
          << event.after.mass << " kg, momentum (" << event.before.momentum.head<2>().transpose() << ") -> ("
          << event.after.momentum.head<2>().transpose() << ") N s";
+    if (event.bonds_born_broken > 0)
+      text << "; " << event.bonds_born_broken << " of " << event.bonds_stored << " bonds born broken";
     console.note(text.str());
   }
 
@@ -205,17 +214,42 @@ private:
     console.progress(static_cast<double>(row.step) / static_cast<double>(n_steps), text.str());
   }
 
-  /// Throws UnstableRun when the energy balance does not close. Errors below a hundredth of the elastic energy of one particle
-  /// at the tensile strength are ignored, since the energy put in is small at the first contact of the tool.
-  void check_balance(const HistoryRow &row)
+  /// Largest amount of energy that may come from nowhere [J]. Theory (10.8). Errors below a hundredth of the elastic energy of
+  /// one particle at the tensile strength are ignored, since the energy put in is small at the first contact of the tool.
+  double largest_error(const EnergyLedger &energy)
   {
-    const EnergyLedger &energy = row.energy;
     turnover = std::max(turnover, energy.turnover());
     const double tolerance = problem->settings.energy_tolerance > 0. ? problem->settings.energy_tolerance : 1.;
     const Case &settings = problem->settings;
     const double floor = 0.01 * 0.5 * std::pow(settings.activation.tensile_strength, 2) / settings.body.material.young *
                          std::pow(settings.packing.mean_diameter, settings.dim());
-    if (std::isfinite(energy.residual()) && std::abs(energy.residual()) <= tolerance * turnover + floor)
+    return tolerance * turnover + floor;
+  }
+
+  /// Throws UnstableRun when conversions have created too much energy. The balance counts it as put in, so its residual does
+  /// not show it. Theory (10.10).
+  void check_conversions()
+  {
+    const EnergyLedger energy = model->energies();
+    if (energy.conversion_gain <= largest_error(energy))
+      return;
+    const auto gain = [](const ActivationEvent &event) { return event.held_after - event.held_before; };
+    const auto &events = model->events();
+    const ActivationEvent &worst = *std::max_element(
+      events.begin(), events.end(), [&](const ActivationEvent &a, const ActivationEvent &b) { return gain(a) < gain(b); });
+    std::ostringstream text;
+    text << "conversions created energy before t = " << model->time() << " s: " << energy.conversion_gain << " J against "
+         << turnover << " J put in (Time/Energy tolerance = " << problem->settings.energy_tolerance
+         << "); most at t = " << worst.time << " s around (" << worst.place[0] << ", " << worst.place[1] << ", "
+         << worst.place[2] << ") m: " << gain(worst) << " J in " << std::abs(worst.cells) << " cells";
+    throw UnstableRun(text.str());
+  }
+
+  /// Throws UnstableRun when the energy balance does not close.
+  void check_balance(const HistoryRow &row)
+  {
+    const EnergyLedger &energy = row.energy;
+    if (std::isfinite(energy.residual()) && std::abs(energy.residual()) <= largest_error(energy))
     {
       last_energy = energy;
       return;
@@ -253,14 +287,22 @@ private:
                     100. * seconds / std::max(sum, 1e-12), 1e6 * seconds / steps);
       text << line;
     }
+    std::int64_t born_broken = 0;
+    for (const ActivationEvent &event : model->events())
+      born_broken += event.bonds_born_broken;
     text << "particles " << model->dem().n_active() << " active, " << model->dem().left_domain().size()
          << " left the domain; bonds " << model->dem().n_bonds_intact() << " intact, " << model->dem().n_bonds_broken()
-         << " broken; cells converted " << model->overlap().n_converted();
+         << " broken (" << born_broken << " born broken); cells converted " << model->overlap().n_converted();
     if (gauge)
       text << '\n' << specimen_text(problem->settings, record.result(problem->settings.dim()));
-    const EnergyLedger energy = model->energies();
-    text << "\nenergy balance: work of tool and boundary " << energy.work() << " J, conversions " << energy.conversion
-         << " J, interface " << energy.interface << " J, residual " << energy.residual() << " J";
+    RunFigures figures = damage->figures();
+    figures.turnover = turnover;
+    const EnergyLedger &energy = figures.energy;
+    text << "\nenergy balance: work of tool and boundary " << energy.work() << " J, conversions " << energy.conversion << " J ("
+         << energy.conversion_gain << " J created), interface " << energy.interface << " J, residual " << energy.residual()
+         << " J";
+    for (const std::string &warning : warnings(figures))
+      text << "\nwarning: " << warning;
     console.message(text.str());
   }
 
@@ -274,6 +316,7 @@ private:
   std::unique_ptr<History> history;
   std::unique_ptr<ConversionLog> activations;
   std::unique_ptr<FieldOutput> fields;
+  std::unique_ptr<DamageWatch> damage;
   std::unique_ptr<SpecimenGauge> gauge; // of a specimen between platens
   SpecimenRecord record;
   Mode mode = Mode::adaptive;

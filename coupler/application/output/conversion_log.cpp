@@ -32,7 +32,7 @@ ConversionLog::ConversionLog(const std::string &directory, bool plane) : plane(p
   for (const Column &column : columns)
     if (!column.in_space || !plane)
       csv << "; " << column.name << " [" << column.unit << "]";
-  csv << "; bonds_created: by the conversion, bonds_stored: number of stored bonds of its particles, "
+  csv << "; bonds_created: by the conversion, broken ones included, bonds_stored: number of stored bonds of its particles, "
          "bonds_born_broken: of them, broken from the start\n"
       << "# negative cells and particles: returned to the continuum; stress and stress_jump [Pa]: root mean square "
          "over "

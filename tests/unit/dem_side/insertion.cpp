@@ -204,6 +204,65 @@ TEST(DemInsertion, BrokenBondsDoNotHealWhenMoreParticlesCome)
   EXPECT_NEAR(ends, 2. * broken, 1e-9);
 }
 
+// The upper half is put in a tenth of a diameter too low, and its bonds to the lower one are born broken: nothing pushes, and
+// the bonds count as broken.
+TEST(DemInsertion, PairsBornBrokenStartWithoutForce)
+{
+  const Packing packing = triangular_lattice(10, 20, 5e-4);
+  DemSide dem(settings(packing));
+  std::vector<NewParticle> first, second;
+  for (NewParticle p : all_particles(packing))
+  {
+    if (p.index >= 100)
+      p.displacement[1] = -0.1 * packing.mean_diameter;
+    (p.index < 100 ? first : second).push_back(p);
+  }
+  std::vector<StoredPair> seam;
+  for (const auto &bond : packing.bonds)
+    if ((bond[0] < 100) != (bond[1] < 100))
+      seam.push_back(bond);
+  std::unordered_map<int, NewParticle> expected;
+  for (const NewParticle &p : first)
+    expected[p.index] = p;
+
+  start(dem, packing, first);
+  EXPECT_TRUE(dem.misfitting_bonds(second, expected).empty()); // the lower half is where it should be
+  dem.insert(second, seam);
+  dem.set_weights(Eigen::VectorXd::Ones(packing.size()));
+  dem.setup({});
+  EXPECT_EQ(dem.n_bonds_broken(), static_cast<std::int64_t>(seam.size()));
+  EXPECT_EQ(dem.n_bonds_intact(), static_cast<std::int64_t>(packing.bonds.size() - seam.size()));
+  const Settings s = settings(packing);
+  const double push = s.bond.k_n * 0.1 * packing.mean_diameter;
+  EXPECT_LT(gather(dem, packing, Quantity::force).norm(), 1e-10 * push);
+  EXPECT_LT(dem.energies().elastic, 1e-10 * push * packing.mean_diameter);
+  dem.advance(10, {});
+  EXPECT_LT(gather(dem, packing, Quantity::force).norm(), 1e-10 * push);
+  for (const BrokenBond &bond : dem.broken_bonds())
+    EXPECT_TRUE(bond.at_birth);
+}
+
+// A partner that turns by more than R_t/(k_t d0 / 2) is no longer where the field expects it, one that turns by less is. The
+// bond of equal discs shears by half of its length times the rotation.
+TEST(DemInsertion, FindsPartnersThatHaveTurnedAway)
+{
+  const Packing packing = two_particles(5e-4, 5e-4, 1e-3);
+  Settings s = settings(packing);
+  s.bond.R_n = s.bond.R_t = 1e-4 * s.bond.k_n * packing.mean_diameter;
+  const double limit = s.bond.R_t / (0.5 * s.bond.k_t * 1e-3);
+  for (const double turn : {0.99 * limit, 1.01 * limit})
+  {
+    DemSide dem(s);
+    NewParticle partner = all_particles(packing)[0], fresh = all_particles(packing)[1];
+    const NewParticle expected = partner;
+    partner.rotation[2] = turn;
+    start(dem, packing, {partner});
+    int found = static_cast<int>(dem.misfitting_bonds({fresh}, {{0, expected}}).size());
+    MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPI_INT, MPI_SUM, MPI_COMM_WORLD);
+    EXPECT_EQ(found, turn > limit);
+  }
+}
+
 TEST(DemInsertion, HalfWeightHalvesForcesMassesAndEnergies)
 {
   const Packing packing = triangular_lattice(10, 10, 5e-4);

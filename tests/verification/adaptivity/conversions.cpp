@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include <Eigen/SparseCholesky>
 
 using namespace kerf;
@@ -113,6 +116,7 @@ TEST(Changes, RandomPackingGoesBackQuietly)
   const double kinetic = largest_kinetic(body, 150);
   std::cout << "[ return   ] conversion " << 100. * body.model.energies().conversion / layer << " %, kinetic "
             << 100. * kinetic / layer << " % of the layer's energy" << std::endl;
+  EXPECT_EQ(body.model.events().back().bonds_born_broken, 0);
   EXPECT_LT(kinetic, 0.02 * layer);
   EXPECT_LT(std::abs(body.model.energies().conversion), 0.10 * layer);
 }
@@ -165,6 +169,83 @@ TEST(Changes, QuietCellsGoBack)
   EXPECT_LT(damaged->model.overlap().n_converted(), 40);
   for (const dem::BrokenBond &bond : damaged->model.dem().broken_bonds())
     EXPECT_TRUE(damaged->model.dem().is_active()[bond.first] && damaged->model.dem().is_active()[bond.second]);
+}
+
+// An outermost particle of the overlap has come off and has moved by 0.3 d, or has turned by half a radian at its place. When
+// the front moves on, its bonds to the new particles are born broken. They would hold k_t (b d 0.5)^2/2 each, four orders more
+// than a bond at failure. All else is at rest, so the conversion creates nothing: less than a hundredth of a bond at failure.
+TEST(Changes, NoBondsToParticlesThatHaveLeftTheField)
+{
+  for (const bool turned : {false, true})
+  {
+    StripCase strip = strip_of(true);
+    dem::BondParameters &bond = strip.settings.bond;
+    bond.R_n = 1e-3 * bond.k_n * Strip::d;
+    bond.R_t = 0.3 * bond.R_n; // torn off sideways, too
+    Body body(strip.settings, strip.packing, Mode::fixed);
+    const auto zero = [](const Vector3d &) { return Vector3d(Vector3d::Zero()); };
+    body.set_state(zero, zero);
+    body.model.start();
+    const dem::DemSide &dem = body.model.dem();
+    const dem::StoredBonds &bonds = body.model.overlap().bonds();
+    const dem::Packing &packing = body.packing;
+    const auto n_partners = [&](int i, bool active)
+    {
+      const auto partners = bonds.partners_of(i);
+      return std::count_if(partners.begin(), partners.end(), [&](int j) { return bool(dem.is_active()[j]) == active; });
+    };
+    // Without weight, and with room to move.
+    const Vector3d shift(0.3 * Strip::d, 0., 0.);
+    const auto has_room = [&](int i)
+    {
+      for (int j = 0; j < packing.size(); ++j)
+        if (j != i && dem.is_active()[j] &&
+            packing.shortest(packing.positions.col(i) + shift - packing.positions.col(j)).norm() <
+              packing.radii[i] + packing.radii[j])
+          return false;
+      return true;
+    };
+    int loose = -1;
+    for (int i = 0; i < packing.size() && loose < 0; ++i)
+      if (dem.is_active()[i] && body.model.overlap().de_weights()[i] == 0. && n_partners(i, false) > 1 && has_room(i))
+        loose = i;
+    ASSERT_GE(loose, 0);
+    // All others are where they were, at rest.
+    const auto put = [&](const Vector3d &by, double angle)
+    {
+      body.set_state(zero, zero);
+      dem::Particles particles = body.model.dem().particles();
+      particles.velocity.setZero();
+      particles.angular_velocity.setZero();
+      for (int i = 0; i < particles.n; ++i)
+      {
+        const bool moves = particles.index[i] == loose;
+        const double half = moves ? 0.5 * angle : 0.;
+        particles.position.col(i) = packing.positions.col(particles.index[i]) + (moves ? by : Vector3d(Vector3d::Zero()));
+        Eigen::Map<Eigen::Vector4d>(particles.rotation + 4 * i) << std::cos(half), 0., 0., std::sin(half);
+      }
+      body.model.set_up_forces();
+    };
+    const auto n_bonds = n_partners(loose, true);
+    put(Vector3d(5e-3 * Strip::d, 0., 0.), 0.);
+    body.model.advance(1);
+    const std::int64_t broken = dem.n_bonds_broken(); // a neighbour may lose one, too
+    const std::vector<dem::BrokenBond> torn = dem.broken_bonds();
+    ASSERT_EQ(std::count_if(torn.begin(), torn.end(), [&](const auto &b) { return b.first == loose || b.second == loose; }),
+              n_bonds);
+    put(turned ? Vector3d(Vector3d::Zero()) : shift, turned ? 0.5 : 0.);
+
+    const auto expected = n_partners(loose, false);
+    body.model.activate(columns_at_front(body, strip.strip, 2, false));
+    const ActivationEvent &event = body.model.events().back();
+    EXPECT_EQ(event.bonds_born_broken, expected);
+    EXPECT_EQ(event.after.bonds - event.before.bonds, event.bonds_stored);
+    EXPECT_EQ(dem.n_bonds_broken(), broken + expected);
+    const double failure = 0.5 * bond.R_n * bond.R_n / bond.k_n;
+    std::cout << "[ left     ] created " << (event.held_after - event.held_before) / failure << " of a bond at failure"
+              << std::endl;
+    EXPECT_LT(event.held_after - event.held_before, 0.01 * failure);
+  }
 }
 
 // A wave of 20 diameters is on its way through the front when the front moves towards it by half an overlap: what the change
