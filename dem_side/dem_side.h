@@ -28,8 +28,8 @@ public:
   /// Takes particles out of the store. @p particles is the same list on every rank; none of them may be taken. Bonds of the
   /// store between a new and any active particle are created in the state that the displacements give them. Follow with
   /// set_weights() and setup(). Throws Unstable when a state is not finite or outside of the domain.
-  /// @param broken stored bonds of new particles to active ones that are not created: they count as broken. A new pair without
-  /// a bond that overlaps starts without force. Theory (3.18)
+  /// @param broken stored bonds of new particles to active ones that are not created: they count as broken. A new particle
+  /// that overlaps an older one without a bond starts without force. Theory (3.18)
   void insert(const std::vector<NewParticle> &particles, const std::vector<StoredPair> &broken = {});
 
   /// Stored bonds between @p particles, which are not active, and active particles that are no longer where a field expects

@@ -191,11 +191,11 @@ void RockBondStyle::create_bonds()
         made += j < n_local ? 2 : 1;
         return;
       }
-      // One particle was put where the other one is: what they overlap by stores no energy.
+      // A particle was put where an older one is: what they overlap by stores no energy.
       const double *x = atom.x[i], *y = atom.x[j];
       const double distance = (Eigen::Map<const Eigen::Vector3d>(x) - Eigen::Map<const Eigen::Vector3d>(y)).norm();
       const double length = law::contact_length(atom.radius[i] + atom.radius[j], bonded ? packing.branch(a, b).norm() : 0.);
-      if (!bonded && distance >= length)
+      if (!bonded && (added[a] == added[b] || distance >= length))
         return;
       history.state = PairHistory::broken;
       history.rest_length = std::min(length, distance);

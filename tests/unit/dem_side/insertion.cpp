@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+
 using namespace kerf::dem;
 using namespace kerf::dem::test;
 
@@ -204,42 +207,48 @@ TEST(DemInsertion, BrokenBondsDoNotHealWhenMoreParticlesCome)
   EXPECT_NEAR(ends, 2. * broken, 1e-9);
 }
 
-// The upper half is put in a tenth of a diameter too low, and its bonds to the lower one are born broken: nothing pushes, and
-// the bonds count as broken.
-TEST(DemInsertion, PairsBornBrokenStartWithoutForce)
+// The upper half is put in a tenth of a diameter too low. Its bonds to the lower one are born broken, or the store has none:
+// nothing pushes. Bonds that are born broken count as broken.
+TEST(DemInsertion, ParticlesPutIntoOthersStartWithoutForce)
 {
-  const Packing packing = triangular_lattice(10, 20, 5e-4);
-  DemSide dem(settings(packing));
-  std::vector<NewParticle> first, second;
-  for (NewParticle p : all_particles(packing))
+  for (const bool bonded : {true, false})
   {
-    if (p.index >= 100)
-      p.displacement[1] = -0.1 * packing.mean_diameter;
-    (p.index < 100 ? first : second).push_back(p);
+    Packing packing = triangular_lattice(10, 20, 5e-4);
+    const auto crosses_seam = [](const auto &bond) { return (bond[0] < 100) != (bond[1] < 100); };
+    std::vector<StoredPair> seam;
+    std::copy_if(packing.bonds.begin(), packing.bonds.end(), std::back_inserter(seam), crosses_seam);
+    if (!bonded)
+    {
+      packing.bonds.erase(std::remove_if(packing.bonds.begin(), packing.bonds.end(), crosses_seam), packing.bonds.end());
+      seam.clear();
+    }
+    const Settings s = settings(packing);
+    DemSide dem(s);
+    std::vector<NewParticle> first, second;
+    std::unordered_map<int, NewParticle> expected;
+    for (NewParticle p : all_particles(packing))
+    {
+      if (p.index < 100)
+        expected[p.index] = p;
+      else
+        p.displacement[1] = -0.1 * packing.mean_diameter;
+      (p.index < 100 ? first : second).push_back(p);
+    }
+    start(dem, packing, first);
+    EXPECT_TRUE(dem.misfitting_bonds(second, expected).empty()); // the lower half is where it should be
+    dem.insert(second, seam);
+    dem.set_weights(Eigen::VectorXd::Ones(packing.size()));
+    dem.setup({});
+    EXPECT_EQ(dem.n_bonds_broken(), static_cast<std::int64_t>(seam.size()));
+    EXPECT_EQ(dem.n_bonds_intact(), static_cast<std::int64_t>(packing.bonds.size() - seam.size()));
+    const double push = s.bond.k_n * 0.1 * packing.mean_diameter;
+    EXPECT_LT(gather(dem, packing, Quantity::force).norm(), 1e-10 * push);
+    EXPECT_LT(dem.energies().elastic, 1e-10 * push * packing.mean_diameter);
+    dem.advance(10, {});
+    EXPECT_LT(gather(dem, packing, Quantity::force).norm(), 1e-10 * push);
+    for (const BrokenBond &bond : dem.broken_bonds())
+      EXPECT_TRUE(bond.at_birth);
   }
-  std::vector<StoredPair> seam;
-  for (const auto &bond : packing.bonds)
-    if ((bond[0] < 100) != (bond[1] < 100))
-      seam.push_back(bond);
-  std::unordered_map<int, NewParticle> expected;
-  for (const NewParticle &p : first)
-    expected[p.index] = p;
-
-  start(dem, packing, first);
-  EXPECT_TRUE(dem.misfitting_bonds(second, expected).empty()); // the lower half is where it should be
-  dem.insert(second, seam);
-  dem.set_weights(Eigen::VectorXd::Ones(packing.size()));
-  dem.setup({});
-  EXPECT_EQ(dem.n_bonds_broken(), static_cast<std::int64_t>(seam.size()));
-  EXPECT_EQ(dem.n_bonds_intact(), static_cast<std::int64_t>(packing.bonds.size() - seam.size()));
-  const Settings s = settings(packing);
-  const double push = s.bond.k_n * 0.1 * packing.mean_diameter;
-  EXPECT_LT(gather(dem, packing, Quantity::force).norm(), 1e-10 * push);
-  EXPECT_LT(dem.energies().elastic, 1e-10 * push * packing.mean_diameter);
-  dem.advance(10, {});
-  EXPECT_LT(gather(dem, packing, Quantity::force).norm(), 1e-10 * push);
-  for (const BrokenBond &bond : dem.broken_bonds())
-    EXPECT_TRUE(bond.at_birth);
 }
 
 // A partner that turns by more than R_t/(k_t d0 / 2) is no longer where the field expects it, one that turns by less is. The
