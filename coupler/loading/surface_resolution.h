@@ -17,7 +17,7 @@ constexpr double patch_radius(int dim)
   return dim == 2 ? 0.15 : 0.21;
 }
 
-/// The surface resists a tool like a layer of particles, one on each such length (two dimensions) or its square (three). One
-/// diameter is the distance of touching particles, so the contact force does not jump when a cell below the tool is converted.
+/// With a given stiffness ratio the surface resists a tool like a layer of particles, one on each such length (two dimensions)
+/// or its square (three). One diameter is the distance of touching particles.
 constexpr double particle_spacing = 1.;
 } // namespace kerf::surface_resolution

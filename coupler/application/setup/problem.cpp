@@ -6,6 +6,7 @@
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
+#include "coupler/method/activation/contact_criterion.h"
 #include "dem_side/bond_network/bond_network.h"
 
 #include <algorithm>
@@ -102,6 +103,21 @@ void check_tool(const Case &settings, const fem::FemSide &fem)
          << " m away from it";
     throw InputError(text.str());
   }
+}
+
+/// A disc that touches cells larger than its contact finds too much resistance. Other modes convert such cells, or have
+/// particles.
+void warn_of_coarse_contact(const Case &settings, Console &console)
+{
+  const double half_width = contact_half_width(Disc(settings.tool).curvature_radius(), settings.activation.compressive_strength,
+                                               settings.body.material);
+  if (half_width >= 2. * settings.body.mesh.cell_size)
+    return;
+  std::ostringstream text;
+  text << "warning: Mesh/Cell size = " << settings.body.mesh.cell_size
+       << " m does not resolve the contact of the disc (half width " << half_width
+       << " m at Rock/Compressive strength): in mode fem its force is too large (docs/results/cutting.md)";
+  console.message(text.str());
 }
 
 /// Placeholder packing of mode fem: one particle without bonds that never becomes active. The contact stiffness k_n of the tool
@@ -229,6 +245,8 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
   if (mode == Mode::fixed && cells_inside(problem->fem->mesh(), settings.fixed_region).empty())
     throw InputError(case_path(settings) + ": Fixed/Region holds no cell, mode fixed needs a region inside the mesh");
   check_tool(settings, *problem->fem);
+  if (mode == Mode::fem && settings.tool.kind == ToolKind::disc)
+    warn_of_coarse_contact(settings, console);
 
   if (mode == Mode::fem)
     problem->packing = no_packing(settings, body);

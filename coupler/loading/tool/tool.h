@@ -27,7 +27,7 @@ constexpr double contact_share_of_step = 1.4;
 double surface_stiffness(const ToolSettings &settings, int dim, double k_n, double mean_diameter);
 
 /// The tool: one or two rigid bodies in contact with particles and with the surface of the finite elements. Each contact has
-/// the weight of its side, so that the force does not jump when a cell below the tool is converted.
+/// the weight of its side.
 class Tool
 {
 public:

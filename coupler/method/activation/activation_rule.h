@@ -13,7 +13,7 @@ namespace kerf
 {
 /// Selects the cells to convert to particles: those with sigma > sigma* (Labra et al., eq. (5)). The front advances by at most
 /// half an overlap width in one event. Cells below a tool that cannot resolve its contact are converted before it begins. Cells
-/// that the particle region encloses are converted too. Theory (7.6), (7.8), (7.21).
+/// that the particle region encloses are converted too. Theory (7.6), (7.8), (7.22).
 class ActivationRule
 {
 public:

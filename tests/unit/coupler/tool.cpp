@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/loading/tool/tool.h"
+#include "coupler/base/mesh_geometry.h"
 #include "tests/support/dummy_particles.h"
 #include "tests/support/fem_fixture.h"
 #include "tests/support/rolling_disc.h"
@@ -7,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 using namespace kerf;
 using Eigen::Vector3d;
@@ -102,6 +104,54 @@ TEST(Tool, SurfaceIsAsStiffAsParticles)
     EXPECT_LT((surface.pushed + expected * Vector3d::UnitY()).norm(), 1e-12 * expected);
     EXPECT_NEAR(tool.local_load().force[1], -expected, 1e-12 * expected);
   }
+}
+
+// Without a stiffness ratio the contact takes the share of the step that is left for it: spring and dashpot of a particle add
+// beta + 4 xi sqrt(beta) = 1.4 to omega^2 dt^2, whatever its mass.
+TEST(Tool, StiffnessFollowsTheStep)
+{
+  for (const double damping : {0., 0.1, 1.})
+  {
+    ToolSettings settings = test::rolling_disc(0.);
+    settings.path = {{0., Vector3d(0., 2.45, 0.)}};
+    settings.damping = damping;
+    const double dt = 1e-3, density = 1000., layer = 0.2;
+    Tool tool(settings, 2, 1e4, 1., density, MPI_COMM_WORLD);
+    tool.set_time_step(dt, layer);
+    tool.move_to(0.);
+    Eigen::Matrix3Xd x = Eigen::Matrix3Xd::Zero(3, 1);
+    test::DummyParticles particles(x, 3.);
+    dem::Particles view = particles.view();
+    tool.apply(view, nullptr);
+    const double resting = -particles.f(1, 0) / 0.05; // stiffness: 0.05 inside, at rest
+    const double beta = resting * dt * dt / 3.;
+    EXPECT_NEAR(beta + 4. * damping * std::sqrt(beta), contact_share_of_step, 1e-9);
+  }
+}
+
+// Cells with a part of their surface within reach, also of the way until the next look.
+TEST(Tool, NearCells)
+{
+  const auto fem = fem::make_fem_side(fem::test::box({8., 2., 0.}, 1.)); // cells of 1, the upper row has the numbers 8 to 15
+  ToolSettings settings = test::rolling_disc(0.);
+  settings.path = {{0., Vector3d(4.5, 4.1, 0.)}, {1., Vector3d(4.5, 3.1, 0.)}};
+  Tool tool(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
+  const auto numbers = [&](double reach, double duration)
+  {
+    std::set<double> middles; // along x
+    for (const NearCell &near : tool.near_cells(*fem, reach, duration))
+    {
+      const Vector3d centre = cell_centre(fem->mesh(), near.cell);
+      EXPECT_EQ(near.curvature_radius, 2.);
+      EXPECT_EQ(centre[1], 1.5);
+      middles.insert(centre[0]);
+    }
+    return middles;
+  };
+  EXPECT_TRUE(numbers(0.09, 0.).empty()); // 0.1 above the rock
+  EXPECT_EQ(numbers(0.15, 0.), std::set<double>({4.5}));
+  EXPECT_EQ(numbers(0., 0.15), std::set<double>({4.5})); // moves by 0.15 meanwhile
+  EXPECT_EQ(numbers(0.3, 0.), std::set<double>({3.5, 4.5, 5.5}));
 }
 
 TEST(Tool, ClearanceOfTheDisc)
