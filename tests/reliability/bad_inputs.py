@@ -69,8 +69,10 @@ with tempfile.TemporaryDirectory() as work:
     bad("missing_mesh", change("set Cell size", "set File = rock.msh\n  set Cell size"), "rock.msh", "does not exist")
     bad("step_too_large", change("set End time = 4e-4", "set End time = 4e-4\n  set Time step = 1e-5"), "Time/Time step",
         "stable step")
-    bad("sigma_star_zero", change("Sigma star = 3e6", "Sigma star = 0"), "Adaptivity/Sigma star", "> 0")
-    bad("sigma_star_negative", change("Sigma star = 3e6", "Sigma star = -1"), "Adaptivity/Sigma star", "> 0")
+    bad("sigma_star_negative", change("Sigma star = 3e6", "Sigma star = -1"), "Adaptivity/Sigma star", ">= 0")
+    bad("sigma_star_fraction", change("Sigma star = 3e6", "Sigma star fraction = 1.5"), "Adaptivity/Sigma star fraction", "[0.01, 1]")
+    bad("platens_at_rest", change("Kind           = disc", "Kind = platens\n  set Closing speed = 0"), "Tool/Closing speed", "not be 0")
+    bad("not_calibrated", lambda text: text, "Bond/Strength", "strengths.txt", "kerf calibrate", more=["--set", "Bond/Strength=calibrated"])
     bad("overlap_too_wide", change("Overlap width = 8", "Overlap width = 40"), "Coupling/Overlap width", "wider than the mesh")
     bad("empty_packing", change("Mean diameter = 1e-3", "Mean diameter = 0.1"), "Packing", "mean diameters", more=["--mode", "dem"])
     bad("tool_inside_rock", change("0 0.024 0.04402", "0 0.024 0.040"), "Tool/Path", "inside the rock")

@@ -239,7 +239,7 @@ const std::vector<Parameter> &parameter_table()
     entry("Adaptivity", "Sigma star", "0", not_negative(), "Pa",
           "a cell is converted to particles when sigma > sigma*; 0: Sigma star fraction x tensile strength",
           "Labra, Rojek & Onate, eq. (5)"),
-    entry("Adaptivity", "Sigma star fraction", "0.6", between(0.01, 1.), "tensile strength",
+    entry("Adaptivity", "Sigma star fraction", "0.5", between(0.01, 1.), "tensile strength",
           "sigma*, if Sigma star is 0, as a fraction of the measured direct tensile strength; of Rock/Tensile strength when "
           "Bond/Strength = given",
           ""),

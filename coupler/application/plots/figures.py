@@ -83,16 +83,17 @@ def specimen_figure(history, output):
     if "nominal_stress" not in history or not np.any(history["nominal_stress"]):
         return
     stress, closing = history["nominal_stress"] / 1e6, history["platen_closing"] * MILLI
+    pulled = history["tool_force_y"][int(np.argmax(stress))] < 0.
     peak = int(np.argmax(stress))
     figure, axes = plt.subplots(1, 2, layout="constrained", figsize=(11., 4.6), sharey=True)
     axes[0].plot(closing, stress, linewidth=1.8)
-    axes[0].set(xlabel="closing of the platens [mm]", ylabel="nominal stress [MPa]",
+    axes[0].set(xlabel=f"{'opening' if pulled else 'closing'} of the platens [mm]", ylabel="nominal stress [MPa]",
                 title=f"largest nominal stress {stress[peak]:.4g} MPa")
     twin = axes[0].twinx()
     twin.plot(closing, history["broken_bonds"], color=LINE_COLOURS[1], linewidth=1.4)
     twin.set_ylabel("broken bonds", color=LINE_COLOURS[1])
-    for name, label, sign, colour in (("axial_strain", "shortening", 1., LINE_COLOURS[0]),
-                                      ("lateral_strain", "widening", -1., LINE_COLOURS[2])):
+    for name, label, sign, colour in (("axial_strain", "lengthening" if pulled else "shortening", 1., LINE_COLOURS[0]),
+                                      ("lateral_strain", "narrowing" if pulled else "widening", -1., LINE_COLOURS[2])):
         axes[1].plot(sign * history[name][:peak + 1] * 1e3, stress[:peak + 1], color=colour, linewidth=1.8, label=label)
     axes[1].set(xlabel="strain of the middle of the specimen up to the peak [1e-3]")
     axes[1].axvline(0., color="#888888", linewidth=0.8)

@@ -70,6 +70,44 @@ TEST(Tool, PlatensPressFromBothSides)
   EXPECT_NEAR(tool.platens()[1], 3.9, 1e-15);
 }
 
+// Platens that pull hold the particles that touch them at the start, in tension and compression, and no others; the load is
+// negative and the particles slide along them freely.
+TEST(Tool, PlatensThatPull)
+{
+  ToolSettings settings;
+  settings.kind = ToolKind::platens;
+  settings.closing_speed = -0.2;
+  settings.smoothing_time = 0.;
+  settings.lower = 0.;
+  settings.upper = 4.;
+  settings.stiffness_ratio = 2.;
+  settings.friction = 0.5;
+  settings.damping = 0.;
+  Tool tool(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
+  Eigen::Matrix3Xd x(3, 3);
+  x << 0., 5., 0., 0.52, 3.5, 2., 0., 0., 0.; // radius 0.5: gaps 0.02 and 0, the third is free
+  dem::Packing packing;
+  packing.positions = x;
+  packing.radii = Eigen::VectorXd::Constant(3, 0.5);
+  packing.gap_tolerance = 0.1;
+  tool.hold(packing);
+  test::DummyParticles particles(x);
+  particles.v.row(0).setConstant(3.);
+  dem::Particles view = particles.view();
+  tool.move_to(0.);
+  tool.apply(view, nullptr);
+  EXPECT_NEAR(particles.f.norm(), 0., 1e-12);
+  tool.move_to(1.);
+  tool.apply(view, nullptr);
+  const double force = 0.5 * 2. * 1e4 * 0.1; // weight 0.5 of the dummies
+  EXPECT_LT((particles.f.col(0) + force * Vector3d::UnitY()).norm(), 1e-9);
+  EXPECT_LT((particles.f.col(1) - force * Vector3d::UnitY()).norm(), 1e-9);
+  EXPECT_EQ(particles.f.col(2).norm(), 0.);
+  EXPECT_NEAR(tool.local_load().force[1], force, 1e-9);
+  EXPECT_NEAR(tool.local_load().power, 2. * force * 0.1, 1e-9);
+  EXPECT_EQ(tool.touched().size(), 2u);
+}
+
 // The surface of the finite elements pushes back like particles d apart: one on each length d in the plane, on each d^2 in
 // space.
 TEST(Tool, SurfaceIsAsStiffAsParticles)
