@@ -220,7 +220,8 @@ bool CoupledModel::adapt()
   if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions, cells_near_tool()); !cells.empty())
     record(conversion.convert(cells));
   else if (return_rule.due(now))
-    return_to_continuum(return_rule.cells_to_return(fem_side, regions, *dem_side, now));
+    return_to_continuum(
+      return_rule.cells_to_return(fem_side, regions, *dem_side, activation.too_coarse(particle_cells_near_tool()), now));
   clock.end_whole();
   return activation_events.size() > n_events;
 }
@@ -231,6 +232,16 @@ std::vector<NearCell> CoupledModel::cells_near_tool() const
   if (!cutter.present())
     return {};
   return cutter.near_cells(fem_side, settings.mean_diameter, settings.activation.check_interval * dt);
+}
+
+/// Cells of the particle region whose return would meet the tool.
+std::vector<NearCell> CoupledModel::particle_cells_near_tool() const
+{
+  std::vector<int> converted;
+  for (int cell = 0; cell < fem_side.mesh().n_cells(); ++cell)
+    if (regions.is_converted(cell))
+      converted.push_back(cell);
+  return cutter.near_cells(fem_side.mesh(), converted, settings.mean_diameter);
 }
 
 void CoupledModel::activate(std::vector<int> cells)

@@ -200,6 +200,16 @@ std::vector<NearCell> Tool::near_cells(const fem::SurfaceContact &rock_surface, 
   return cells;
 }
 
+std::vector<NearCell> Tool::near_cells(const fem::Mesh &mesh, const std::vector<int> &cells, double reach) const
+{
+  std::vector<NearCell> near;
+  for (const auto &body : bodies)
+    for (const int cell : cells)
+      if (body->nearest(cell_centre(mesh, cell)).gap < reach + 0.5 * cell_box(mesh, cell).diagonal().norm())
+        near.push_back({cell, body->curvature_radius()});
+  return near;
+}
+
 std::array<double, 2> Tool::platens() const
 {
   if (settings.kind != ToolKind::platens)

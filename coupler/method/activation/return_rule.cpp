@@ -60,7 +60,7 @@ std::vector<char> ReturnRule::damaged_cells(const fem::FemSide &fem, const Overl
 }
 
 std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem,
-                                             double time)
+                                             const std::vector<int> &at_tool, double time)
 {
   constexpr int looks = 2; // checks in the return time
   next_look = time + settings.return_time / looks;
@@ -88,6 +88,8 @@ std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Over
       for (int other = 0; other < mesh.n_cells(); ++other)
         stays[other] = stays[other] || (converted[other] && (cell_centre(mesh, other) - centre).norm() < around);
     }
+  for (const int cell : at_tool)
+    stays[cell] = converted[cell];
   enclose(mesh, stays);
 
   std::vector<int> returning;
