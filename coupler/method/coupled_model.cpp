@@ -4,6 +4,7 @@
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
+#include "coupler/method/activation/contact_criterion.h"
 #include "coupler/method/stability/stable_step.h"
 #include "dem_side/errors.h"
 
@@ -172,7 +173,7 @@ bool CoupledModel::adapt()
   if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions, cells_near_tool()); !cells.empty())
     record(conversion.convert(cells));
   else if (return_rule.due(now))
-    return_to_continuum(return_rule.cells_to_return(fem_side, regions, *dem_side, now));
+    return_to_continuum(return_rule.cells_to_return(fem_side, regions, *dem_side, now, cells_kept_below_tool()));
   clock.end_whole();
   return activation_events.size() > n_events;
 }
@@ -183,6 +184,16 @@ std::vector<NearCell> CoupledModel::cells_near_tool() const
   if (!cutter.present())
     return {};
   return cutter.near_cells(fem_side, settings.mean_diameter, settings.activation.check_interval * dt);
+}
+
+/// Cells that would be converted again before contact if they returned.
+std::vector<int> CoupledModel::cells_kept_below_tool() const
+{
+  if (!cutter.present() || !settings.activation.by_contact)
+    return {};
+  return cells_too_coarse_for_contact(
+    cutter.near_cells(fem_side.mesh(), settings.mean_diameter, settings.activation.return_time),
+    settings.activation.compressive_strength, settings.body.material, fem_side.mesh());
 }
 
 void CoupledModel::activate(std::vector<int> cells)

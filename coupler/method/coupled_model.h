@@ -76,6 +76,7 @@ public:
 
 private:
   std::vector<NearCell> cells_near_tool() const;
+  std::vector<int> cells_kept_below_tool() const;
   void cycle(dem::Phase phase, dem::Particles &particles);
   /// Enters the energy change of a conversion into the ledger.
   void record(ActivationEvent event);

@@ -95,8 +95,11 @@ def tables(study, n_packings):
         mean, spread = statistics(of_mode["dem"])
         error = spread / math.sqrt(len(seeds))
         missing = (reference - mean) / slope
-        yield f"| {1e3 * d:g} | {len(seeds)} | {percent(mean, reference)} +- {100. * error / reference:.1f} % | " \
-              f"{100. * spread / mean:.1f} % | {missing / (1e3 * d):.3f} d | " + \
+        several = len(seeds) > 1
+        plus_minus = f" +- {100. * error / reference:.1f} %" if several else ""
+        scatter = f"{100. * spread / mean:.1f} %" if several else ""
+        yield f"| {1e3 * d:g} | {len(seeds)} | {percent(mean, reference)}{plus_minus} | {scatter} | " \
+              f"{missing / (1e3 * d):.3f} d | " + \
               " | ".join(percent(statistics(of_mode[mode])[0], reference) for mode in ("fixed", "adaptive")) + " |"
 
 

@@ -255,3 +255,17 @@ TEST(ToolContact, IsStableAtTheLargestStep)
     EXPECT_LT(std::abs(energy.residual()), 1e-3 * energy.tool_work);
   }
 }
+
+// Cells that wait unloaded for the disc do not return to finite elements.
+TEST(ToolContact, CellsBelowTheToolDoNotReturn)
+{
+  Indentation run("plane", plane,
+                  {"Adaptivity/Sigma star=1e15", "Adaptivity/Return fraction=0.9", "Adaptivity/Return time=1e-6",
+                   "Tool/Path=0 0.016 0.0415"});
+  for (int k = 0; k < 5; ++k)
+  {
+    run.model->advance(20);
+    EXPECT_FALSE(run.model->adapt());
+  }
+  EXPECT_GT(run.model->overlap().n_converted(), 0);
+}
