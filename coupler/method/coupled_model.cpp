@@ -4,6 +4,7 @@
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
+#include "coupler/method/activation/contact_criterion.h"
 #include "coupler/method/stability/stable_step.h"
 #include "dem_side/errors.h"
 
@@ -220,8 +221,7 @@ bool CoupledModel::adapt()
   if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions, cells_near_tool()); !cells.empty())
     record(conversion.convert(cells));
   else if (return_rule.due(now))
-    return_to_continuum(
-      return_rule.cells_to_return(fem_side, regions, *dem_side, activation.too_coarse(particle_cells_near_tool()), now));
+    return_to_continuum(return_rule.cells_to_return(fem_side, regions, *dem_side, now, cells_kept_below_tool()));
   clock.end_whole();
   return activation_events.size() > n_events;
 }
@@ -234,14 +234,14 @@ std::vector<NearCell> CoupledModel::cells_near_tool() const
   return cutter.near_cells(fem_side, settings.mean_diameter, settings.activation.check_interval * dt);
 }
 
-/// Cells of the particle region whose return would meet the tool.
-std::vector<NearCell> CoupledModel::particle_cells_near_tool() const
+/// Cells that would be converted again before contact if they returned.
+std::vector<int> CoupledModel::cells_kept_below_tool() const
 {
-  std::vector<int> converted;
-  for (int cell = 0; cell < fem_side.mesh().n_cells(); ++cell)
-    if (regions.is_converted(cell))
-      converted.push_back(cell);
-  return cutter.near_cells(fem_side.mesh(), converted, settings.mean_diameter);
+  if (!cutter.present() || !settings.activation.by_contact)
+    return {};
+  return cells_too_coarse_for_contact(
+    cutter.near_cells(fem_side.mesh(), settings.mean_diameter, settings.activation.return_time),
+    settings.activation.compressive_strength, settings.body.material, fem_side.mesh());
 }
 
 void CoupledModel::activate(std::vector<int> cells)

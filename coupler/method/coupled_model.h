@@ -76,7 +76,7 @@ public:
 
 private:
   std::vector<NearCell> cells_near_tool() const;
-  std::vector<NearCell> particle_cells_near_tool() const;
+  std::vector<int> cells_kept_below_tool() const;
   void cycle(dem::Phase phase, dem::Particles &particles);
   void update_surface_weights();
   /// Enters the energy change of a conversion into the ledger.

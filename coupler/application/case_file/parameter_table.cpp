@@ -288,7 +288,7 @@ const std::vector<Parameter> &parameter_table()
       ""),
     entry("Tool", "Stiffness ratio", "0", not_negative(), "-",
           "contact stiffness between tool and particle / bond stiffness k_n, which lowers the stable step; 0: as stiff as the "
-          "time step allows, at least about 5 k_n at Time/Safety = 0.7",
+          "time step allows, at least about 5 k_n at Time/Safety = 0.7 (mode fem: 25)",
           ""),
     entry("Tool", "Friction", "0.3", not_negative(), "-", "Coulomb coefficient between tool and rock", ""),
     entry("Tool", "Damping ratio", "0.1", between(0., 1.), "-", "tool contact damping / critical damping", ""),

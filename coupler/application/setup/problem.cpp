@@ -120,6 +120,10 @@ void warn_of_coarse_contact(const Case &settings, Console &console)
   console.message(text.str());
 }
 
+/// Stiffness ratio of the contact in mode fem, unless one is given. Steps of cells are long: a contact whose stiffness follows
+/// them would be as soft as half a cell.
+constexpr double stiffness_ratio_of_cells = 25.;
+
 /// Placeholder packing of mode fem: one particle without bonds that never becomes active. The contact stiffness k_n of the tool
 /// is that of a random packing with the relaxed moduli of the rock: E/k_n = 0.83 in two dimensions and E d/(2 k_n) = 0.43 in
 /// three (gap tolerance 0.1, k_t/k_n = 0.25).
@@ -249,7 +253,11 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
     warn_of_coarse_contact(settings, console);
 
   if (mode == Mode::fem)
+  {
     problem->packing = no_packing(settings, body);
+    if (settings.tool.stiffness_ratio == 0.)
+      problem->settings.tool.stiffness_ratio = stiffness_ratio_of_cells;
+  }
   else
     build_packing(settings, *problem->fem, problem->packing, console, comm);
   if (!settings.given_stiffness)

@@ -200,14 +200,17 @@ std::vector<NearCell> Tool::near_cells(const fem::SurfaceContact &rock_surface, 
   return cells;
 }
 
-std::vector<NearCell> Tool::near_cells(const fem::Mesh &mesh, const std::vector<int> &cells, double reach) const
+std::vector<NearCell> Tool::near_cells(const fem::Mesh &mesh, double reach, double duration) const
 {
-  std::vector<NearCell> near;
+  std::vector<NearCell> cells;
   for (const auto &body : bodies)
-    for (const int cell : cells)
-      if (body->nearest(cell_centre(mesh, cell)).gap < reach + 0.5 * cell_box(mesh, cell).diagonal().norm())
-        near.push_back({cell, body->curvature_radius()});
-  return near;
+    for (const fem::BoundaryFace &face : mesh.boundary)
+    {
+      const Eigen::AlignedBox3d box = cell_box(mesh, face.cell);
+      if (body->nearest(box.center()).gap < 0.5 * box.diagonal().norm() + reach + duration * body->speed())
+        cells.push_back({face.cell, body->curvature_radius()});
+    }
+  return cells;
 }
 
 std::array<double, 2> Tool::platens() const

@@ -58,8 +58,9 @@ public:
   /// Cells of this rank with a part of their outer surface within @p reach [m] of the tool or of where it may be after
   /// @p duration [s]. Some may be there twice. Not collective.
   std::vector<NearCell> near_cells(const fem::SurfaceContact &rock_surface, double reach, double duration) const;
-  /// Those of the given cells that lie in the undeformed body within @p reach [m] of the tool.
-  std::vector<NearCell> near_cells(const fem::Mesh &mesh, const std::vector<int> &cells, double reach) const;
+
+  /// The same for all cells of the boundary, with or without finite elements, by their enclosing balls at the start.
+  std::vector<NearCell> near_cells(const fem::Mesh &mesh, double reach, double duration) const;
 
   /// Load of the tool on the rock; the reaction on the tool is -force. Platens push against each other: their force is half the
   /// difference, in equilibrium that of the upper platen.

@@ -65,18 +65,13 @@ std::vector<int> ActivationRule::cells_to_convert(const fem::FemSide &fem, const
   return with_enclosed(std::move(cells), overlap);
 }
 
-std::vector<int> ActivationRule::too_coarse(const std::vector<NearCell> &at_tool) const
-{
-  return settings.by_contact ? cells_too_coarse_for_contact(at_tool, settings.compressive_strength, rock, mesh)
-                             : std::vector<int>();
-}
-
 std::vector<int> ActivationRule::cells_below_tool(const Overlap &overlap, const std::vector<NearCell> &below_tool) const
 {
   std::vector<int> cells;
-  for (const int cell : too_coarse(below_tool))
-    if (!overlap.is_converted(cell))
-      cells.push_back(cell);
+  if (settings.by_contact)
+    for (const int cell : cells_too_coarse_for_contact(below_tool, settings.compressive_strength, rock, mesh))
+      if (!overlap.is_converted(cell))
+        cells.push_back(cell);
   return gather_all(cells, MPI_INT, comm);
 }
 

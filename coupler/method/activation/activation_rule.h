@@ -25,8 +25,6 @@ public:
                                     const std::vector<NearCell> &below_tool = {}) const;
   /// Those of them that are converted whatever their stress is. Collective.
   std::vector<int> cells_below_tool(const Overlap &overlap, const std::vector<NearCell> &below_tool) const;
-  /// Those of the given cells in which the continuum could not resolve the contact.
-  std::vector<int> too_coarse(const std::vector<NearCell> &at_tool) const;
 
   /// Stress measure of every mesh cell [Pa], zero in cells without finite elements, the same on every rank. Collective.
   Eigen::VectorXd measures(const fem::FemSide &fem) const;

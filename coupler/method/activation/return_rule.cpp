@@ -60,7 +60,7 @@ std::vector<char> ReturnRule::damaged_cells(const fem::FemSide &fem, const Overl
 }
 
 std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem,
-                                             const std::vector<int> &at_tool, double time)
+                                             double time, const std::vector<int> &below_tool)
 {
   constexpr int looks = 2; // checks in the return time
   next_look = time + settings.return_time / looks;
@@ -79,6 +79,8 @@ std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Over
       loaded_until[cell] = time;
     stays[cell] = converted[cell] && (damaged[cell] || time - loaded_until[cell] < settings.return_time);
   }
+  for (const int cell : below_tool)
+    stays[cell] = converted[cell];
   // Particle cells around damage in the overlap do not return.
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
     if (damaged[cell] && !converted[cell])
@@ -88,8 +90,6 @@ std::vector<int> ReturnRule::cells_to_return(const fem::FemSide &fem, const Over
       for (int other = 0; other < mesh.n_cells(); ++other)
         stays[other] = stays[other] || (converted[other] && (cell_centre(mesh, other) - centre).norm() < around);
     }
-  for (const int cell : at_tool)
-    stays[cell] = converted[cell];
   enclose(mesh, stays);
 
   std::vector<int> returning;

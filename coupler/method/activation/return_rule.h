@@ -24,10 +24,10 @@ public:
   bool off() const;
   /// Whether the rule is to be checked at @p time [s]. It is checked twice in the return time.
   bool due(double time) const { return !off() && time >= next_look; }
-  /// Cells to return now, sorted, the same on every rank. @param at_tool cells that stay, because they would be converted again
-  /// for their contact. @param time present time [s]. Collective.
-  std::vector<int> cells_to_return(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem,
-                                   const std::vector<int> &at_tool, double time);
+  /// Cells to return now, sorted, the same on every rank. @param time present time [s]. @param below_tool cells that stay,
+  /// since they would be converted again. Collective.
+  std::vector<int> cells_to_return(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem, double time,
+                                   const std::vector<int> &below_tool = {});
 
 private:
   std::vector<char> damaged_cells(const fem::FemSide &fem, const Overlap &overlap, const dem::DemSide &dem);

@@ -217,8 +217,8 @@ def test_bad_lines(script, good_line):
 
 
 def test_export():
-    """The small cut with all kinds of boundaries: 1000 steps by kerf run --mode dem and by the script."""
-    options = ["--set", "Time/Time step=1e-7", "--set", "Time/End time=1e-4", "--set", "Output/Snapshots=1", "--set",
+    """The small cut with all kinds of boundaries: 800 steps by kerf run --mode dem and by the script."""
+    options = ["--set", "Time/Time step=1e-7", "--set", "Time/End time=8e-5", "--set", "Output/Snapshots=1", "--set",
                "Boundary/Conditions=left: absorbing; right: roller; bottom: velocity 0.3 0.6 ramp 2e-5"]
     output = os.path.join(os.path.dirname(work), "run")
     result = kerf_runner.run(KERF, ["run", case, "--mode", "dem", "--output", output, *options])
@@ -248,7 +248,7 @@ def test_export():
         check(f"exported script moves as mode dem on {ranks} rank(s)", difference < 1e-9 * moved,
               f"{difference / moved:.1e} of the largest displacement {moved:.2e} m")
         check(f"exported script ends with the velocities of mode dem on {ranks} rank(s)",
-              np.abs(dump[:, 4:7] - velocity).max() < 1e-8 * np.abs(velocity).max())
+              np.abs(dump[:, 4:7] - velocity).max() < 1e-8 * np.abs(velocity).max(), np.abs(dump[:, 4:7] - velocity).max() / np.abs(velocity).max())
         check(f"broken bonds are the same on {ranks} rank(s)",
               abs(dump[:, 10].sum() - 2 * history["broken_bonds"][-1]) < 0.5 and history["broken_bonds"][-1] > 10,
               history["broken_bonds"][-1])
