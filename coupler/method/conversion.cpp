@@ -40,7 +40,7 @@ void Conversion::audit_after(ActivationEvent &event) const
   event.after = conserved_quantities(fem, dem, ledger, comm);
 }
 
-ActivationEvent Conversion::convert(const std::vector<int> &cells)
+ActivationEvent Conversion::convert(const std::vector<int> &cells, const int relaxation_steps)
 {
   ActivationEvent event = audit_before(cells);
   event.cells = static_cast<int>(cells.size());
@@ -76,7 +76,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells)
   dem.insert(particles, broken);
   const std::vector<TiedParticle> ties = active_ties();
   constraint.set_particles(ties);
-  relax_particles(added, reweighted, ties, accelerations);
+  relax_particles(added, reweighted, ties, accelerations, relaxation_steps);
   if (mode == Mode::adaptive)
     monitor.check(fem, overlap, ties, dem.is_active(), cells, dt, constraint);
 
@@ -165,12 +165,12 @@ std::vector<TiedParticle> Conversion::active_ties() const
 /// but the equilibrium positions fluctuate about it. Without relaxation the particles would oscillate and overload bonds. The
 /// acceleration of the finite elements is kept, since it belongs to a passing wave. Velocities stay as projected.
 void Conversion::relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted,
-                                 const std::vector<TiedParticle> &ties, const Accelerations &accelerations)
+                                 const std::vector<TiedParticle> &ties, const Accelerations &accelerations,
+                                 const int relaxation_steps)
 {
   const Tie tie = constraint.tie();
   // In mode dem without initial stress particles start with bonds free of force.
-  const bool at_rest =
-    settings.activation.relaxation_steps == 0 || (mode == Mode::dem && settings.body.initial_stress.norm() == 0.);
+  const bool at_rest = relaxation_steps == 0 || (mode == Mode::dem && settings.body.initial_stress.norm() == 0.);
   std::vector<int> moving = added;
   if (tie == Tie::rigid)
   {
@@ -200,8 +200,8 @@ void Conversion::relax_particles(const std::vector<int> &added, const std::vecto
   forces.set_up();
   if (!at_rest)
   {
-    relax(settings.bond, bond_material(settings, packing).density, settings.activation.relaxation_steps, packing, moving,
-          accelerations, dem, forces.compute, [this] { return constraint.springs(); });
+    relax(settings.bond, bond_material(settings, packing).density, relaxation_steps, packing, moving, accelerations, dem,
+          forces.compute, [this] { return constraint.springs(); });
     is_relaxing = false;
     dem.set_weights(overlap.de_weights());
     forces.compute();

@@ -32,9 +32,9 @@ public:
              Overlap &overlap, Constraint &constraint, const ParticleBoundary &boundary, VirialStress &virial_stress, double dt,
              Forces forces, std::function<EnergyLedger()> energies, MPI_Comm comm);
 
-  /// Converts @p cells (ascending) to particles. Throws UnstableRun when the time step is not stable in the new overlap.
-  /// Collective.
-  ActivationEvent convert(const std::vector<int> &cells);
+  /// Converts @p cells (ascending) to particles, which relax for that many iterations. Throws UnstableRun when the time step is
+  /// not stable in the new overlap. Collective.
+  ActivationEvent convert(const std::vector<int> &cells, int relaxation_steps);
 
   /// Returns converted @p cells (ascending) to the continuum. Their bonds should be intact. Throws UnstableRun like convert().
   /// Collective.
@@ -50,7 +50,7 @@ private:
   std::int64_t bonds_between(const std::vector<int> &added) const;
   std::vector<TiedParticle> active_ties() const;
   void relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties,
-                       const Accelerations &accelerations);
+                       const Accelerations &accelerations, int relaxation_steps);
   std::vector<char> damaged_particles() const;
 
   const ModelSettings &settings;

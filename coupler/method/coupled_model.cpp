@@ -13,6 +13,13 @@
 
 namespace kerf
 {
+namespace
+{
+/// The whole body converts at the start, between particles none of which are in equilibrium, and only once. So it gets more
+/// iterations than a few cells beside relaxed particles: as many as the skin of a block under initial stress needs.
+constexpr int relaxation_at_start = 20;
+} // namespace
+
 ConstraintModel constraint_model(const ModelSettings &settings, const dem::Packing &packing, MPI_Comm comm)
 {
   return {settings.constraint, settings.overlap, settings.bond.k_n, settings.bond.k_t, settings.mean_diameter, &packing, comm};
@@ -76,7 +83,7 @@ void CoupledModel::update_surface_weights()
   seen_weights = now_valid;
   std::vector<char> takes(regions.de_weights().size());
   for (std::size_t i = 0; i < takes.size(); ++i)
-    takes[i] = regions.needs_particle(static_cast<int>(i));
+    takes[i] = regions.de_weights()[i] > 0.;
   std::vector<double> contact, area;
   if (cutter.present())
   {
@@ -121,7 +128,7 @@ void CoupledModel::start()
   if (!cells.empty())
   {
     clock.begin_whole(Part::activation);
-    record(conversion.convert(cells));
+    record(conversion.convert(cells, relaxation_at_start * settings.activation.relaxation_steps));
     clock.end_whole();
   }
   conversion_energy = conversion_gain = 0.; // the conversion at the start defines the initial energy
@@ -219,7 +226,7 @@ bool CoupledModel::adapt()
   clock.begin_whole(Part::activation);
   const std::size_t n_events = activation_events.size();
   if (const std::vector<int> cells = activation.cells_to_convert(fem_side, regions, cells_near_tool()); !cells.empty())
-    record(conversion.convert(cells));
+    record(conversion.convert(cells, settings.activation.relaxation_steps));
   else if (return_rule.due(now))
     return_to_continuum(return_rule.cells_to_return(fem_side, regions, *dem_side, now, cells_kept_below_tool()));
   clock.end_whole();
@@ -247,7 +254,7 @@ std::vector<int> CoupledModel::cells_kept_below_tool() const
 void CoupledModel::activate(std::vector<int> cells)
 {
   std::sort(cells.begin(), cells.end());
-  record(conversion.convert(cells));
+  record(conversion.convert(cells, settings.activation.relaxation_steps));
 }
 
 void CoupledModel::return_to_continuum(std::vector<int> cells)

@@ -25,12 +25,6 @@ fem::BoundaryCondition condition(int id, fem::BoundaryKind kind)
   return result;
 }
 
-double sum_over_ranks(double value)
-{
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
-  return value;
-}
-
 /// A random block of cells of four diameters whose particle region ends some cells below the top and beside the left side.
 Case random_block(int dim, int cells_below, int cells_beside)
 {
@@ -75,7 +69,7 @@ TEST(SurfaceWeights, SharesOfASideSumToItsArea)
         regions.convert(cells_inside(mesh, settings.fixed_region));
         std::vector<char> takes(packing.size());
         for (int i = 0; i < packing.size(); ++i)
-          takes[i] = regions.needs_particle(i);
+          takes[i] = regions.de_weights()[i] > 0.;
         shares.set_weights(1. - regions.fe_weights_at(number).array(), takes);
         double of_particles = 0.;
         for (const TributaryArea &share : shares.areas())
@@ -201,7 +195,10 @@ AtRest block_under_stress(const Case &the_case, const dem::Packing &packing, Mod
 }
 } // namespace
 
-// Rest under initial stress, with a corner of the region near two loaded sides: below, beside, held or absorbing.
+// Rest under initial stress, with a corner of the region near two loaded sides: below, beside, held or absorbing. Of a region
+// three cells from the sides, which bears no load there, strain and energy differ by 1.5 and 1.6 %: this packing is softer here
+// and stiffer there. The skin of the packing, in which bonds are missing, adds up to as much. With a part of the load lost the
+// energy is a quarter too low.
 TEST(SurfaceWeights, RandomBlockStaysUnderInitialStress)
 {
   struct Place
@@ -229,10 +226,37 @@ TEST(SurfaceWeights, RandomBlockStaysUnderInitialStress)
       settings.body.boundary_conditions = {condition(0, kind), condition(1, fem::BoundaryKind::roller),
                                            condition(2, fem::BoundaryKind::roller), condition(3, kind)};
       const AtRest result = block_under_stress(settings, packing, Mode::fixed);
-      std::cout << method << ' ' << below << ' ' << beside << ": strain " << result.strain << " energy " << result.energy
-                << " kinetic " << result.kinetic << std::endl;
       EXPECT_LT(result.strain, 0.04) << below << ' ' << beside;
       EXPECT_LT(std::abs(result.energy), 0.02) << below << ' ' << beside;
       EXPECT_LT(result.kinetic, 1e-3) << below << ' ' << beside;
     }
+}
+
+// At 40 and 5 MPa the static state uses up 0.8 of these strengths, so no bond breaks at rest. Those that did were overloaded by
+// the motion of particles that had not relaxed, or had no weight.
+TEST(SurfaceWeights, NoBondBreaksAtRest)
+{
+  Case settings = random_block(2, 2, 3);
+  const dem::Packing packing = dem::generate_packing(settings.packing);
+  const dem::ElasticCalibration bonds =
+    dem::calibrate_elastic(packing, settings.body.material.young, settings.body.material.poisson);
+  settings.bond.k_n = bonds.k_n;
+  settings.bond.k_t = bonds.k_t;
+  settings.bond.R_n = 3e4;
+  settings.bond.R_t = 8e4;
+  settings.bond.shear_friction = 0.5;
+  settings.constraint.method = "weak_multipliers";
+  settings.constraint.fluctuation_relaxation = 0.05;
+  settings.activation.relaxation_steps = 10;
+  settings.body.initial_stress.diagonal() << -40e6, -5e6, 0.;
+  settings.body.boundary_conditions = {condition(0, fem::BoundaryKind::in_situ), condition(1, fem::BoundaryKind::roller),
+                                       condition(2, fem::BoundaryKind::roller), condition(3, fem::BoundaryKind::in_situ)};
+  for (const Mode mode : {Mode::fixed, Mode::dem})
+  {
+    Body body(settings, packing, mode);
+    body.model.start();
+    body.model.advance(1600);
+    EXPECT_EQ(body.model.dem().n_bonds_broken(), 0) << static_cast<int>(mode);
+    EXPECT_LT(body.model.energies().kinetic, 4e-3 * body.model.energies().elastic) << static_cast<int>(mode);
+  }
 }
