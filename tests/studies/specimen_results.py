@@ -19,8 +19,9 @@ sys.path.insert(0, str(ROOT / "tests" / "support"))
 import compare_modes  # noqa: E402
 from results_file import History, Unreadable  # noqa: E402  (found through compare_modes)
 
-CASES = ("uniaxial_compression_2d", "uniaxial_compression_3d", "brazilian_2d")
-PICTURES = (("uniaxial_compression_2d", "stress_strain"), ("uniaxial_compression_2d", "final"), ("brazilian_2d", "final"),
+CASES = ("uniaxial_compression_2d", "uniaxial_compression_3d", "direct_tension_2d", "direct_tension_3d", "brazilian_2d")
+PICTURES = (("uniaxial_compression_2d", "stress_strain"), ("uniaxial_compression_2d", "final"), ("direct_tension_2d", "stress_strain"),
+            ("direct_tension_2d", "final"), ("brazilian_2d", "final"),
             ("uniaxial_compression_3d", "final"))
 BEGIN, END = "<!-- specimens:begin -->", "<!-- specimens:end -->"
 
@@ -36,7 +37,7 @@ def last_line(directory, start):
 def row(case, directory):
     history = History(directory)
     balance = abs(history["energy_residual"][-1]) / history["work_tool"][-1]
-    text = last_line(directory, "Brazilian" if "brazilian" in case else "uniaxial")
+    text = last_line(directory, {"b": "Brazilian", "d": "direct tension", "u": "uniaxial"}[case[0]])
     return (f"| `cases/{case}` | {int(history['active_particles'][-1])} | {history['wall_time'][-1]:.0f} | {text.split(': ', 1)[1]} | "
             f"{balance:.1e} |")
 

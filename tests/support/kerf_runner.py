@@ -22,7 +22,7 @@ def run(kerf, arguments, ranks=1, cwd=None, timeout=900):
 
 def copy_case(source, target, edit=None):
     """A copy of a case directory without its stores; edit maps the text of case.prm to a new one."""
-    shutil.copytree(source, target, ignore=shutil.ignore_patterns("*.h5"))
+    shutil.copytree(source, target, ignore=shutil.ignore_patterns("*.h5", "specimens"))
     if edit is not None:
         path = os.path.join(target, "case.prm")
         with open(path) as file:

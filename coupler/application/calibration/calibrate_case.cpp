@@ -2,7 +2,6 @@
 #include "coupler/application/calibration/calibrate_case.h"
 #include "coupler/application/calibration/ratio_search.h"
 
-#include "coupler/application/case_file/strengths.h"
 #include "coupler/application/output/specimen_gauge.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"

@@ -2,7 +2,6 @@
 #include "coupler/application/case_file/case_file.h"
 
 #include "coupler/application/case_file/parameter_table.h"
-#include "coupler/application/case_file/strengths.h"
 #include "coupler/base/errors.h"
 #include "coupler/loading/surface_resolution.h"
 #include "coupler/method/constraint/make_constraint.h"
@@ -441,6 +440,18 @@ std::string name_of(Mode mode)
   default:
     return "fem";
   }
+}
+
+Strengths strengths_wanted(const Case &settings)
+{
+  Strengths wanted;
+  wanted.packing = settings.packing;
+  wanted.young = settings.body.material.young;
+  wanted.poisson = settings.body.material.poisson;
+  wanted.target_tensile = settings.activation.tensile_strength;
+  wanted.target_compressive = settings.activation.compressive_strength;
+  wanted.bond = settings.bond;
+  return wanted;
 }
 
 Case read_case(const std::string &directory, const std::vector<Override> &overrides)

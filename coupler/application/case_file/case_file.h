@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "coupler/application/case_file/strengths.h"
 #include "coupler/method/model_settings.h"
 #include "dem_side/packing/packing.h"
 
@@ -55,6 +56,9 @@ using Override = std::string;
 /// Reads DIRECTORY/case.prm. Unknown keys are errors. Throws InputError with file, section/key, the error and the allowed
 /// values.
 Case read_case(const std::string &directory, const std::vector<Override> &overrides);
+
+/// The kind of packing, rock and bonds of a case, without results.
+Strengths strengths_wanted(const Case &settings);
 
 /// Writes the reference of all parameters with unit, default, allowed values and meaning, in Markdown.
 void write_parameter_reference(std::ostream &out);

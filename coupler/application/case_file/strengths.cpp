@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/case_file/strengths.h"
 
-#include "coupler/application/case_file/case_file.h"
 #include "coupler/base/errors.h"
 
 #include <cmath>
@@ -118,18 +117,6 @@ Strengths load_strengths(const std::string &directory)
   visit_kind(strengths, read);
   visit_results(strengths, read);
   return strengths;
-}
-
-Strengths strengths_wanted(const Case &settings)
-{
-  Strengths wanted;
-  wanted.packing = settings.packing;
-  wanted.young = settings.body.material.young;
-  wanted.poisson = settings.body.material.poisson;
-  wanted.target_tensile = settings.activation.tensile_strength;
-  wanted.target_compressive = settings.activation.compressive_strength;
-  wanted.bond = settings.bond;
-  return wanted;
 }
 
 std::string difference(const Strengths &known, const Strengths &wanted)

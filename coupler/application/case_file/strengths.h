@@ -8,8 +8,6 @@
 
 namespace kerf
 {
-struct Case;
-
 /// A measured value: mean and standard deviation over the packings.
 struct Measured
 {
@@ -41,9 +39,6 @@ std::string strengths_file(const std::string &directory);
 /// Throws InputError with one line when the file is missing or cannot be read.
 Strengths load_strengths(const std::string &directory);
 void save_strengths(const Strengths &strengths, const std::string &directory);
-
-/// The kind of packing, rock and bonds of a case, without results.
-Strengths strengths_wanted(const Case &settings);
 
 /// The first difference between two kinds of packing, rock and bonds in words; empty when the strengths of one hold for the
 /// other.

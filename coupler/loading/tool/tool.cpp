@@ -124,7 +124,7 @@ void Tool::hold(const dem::Packing &packing)
 }
 
 /// Spring and dashpot along the normal, in tension and compression. The rock slides along the platen freely, so that the
-/// specimen contracts laterally. Theory (9.20).
+/// specimen contracts laterally. Theory (9.22).
 Vector3d Tool::holding_force(const NearestSurface &surface, const Vector3d &rock_velocity, double stiffness, double damping,
                              double share)
 {

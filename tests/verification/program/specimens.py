@@ -92,21 +92,57 @@ def split():
     check_balance(bts)
 
 
+def pull(seeds):
+    """Direct tension: the moduli are those of the store, see compressed(), and the strength is that of strengths.txt. Its scatter
+    over the packings is 2 %, so single packings are within 8 %. mode adaptive converts before the first bond breaks and reaches
+    the peak of mode dem on the same packing within 2 %."""
+    case = kerf_runner.copy_case(os.path.join(CASES, "direct_tension_2d"), os.path.join(work, "tension"))
+    known = strengths(case)
+    for seed in seeds:
+        peaks = []
+        for mode in ("dem", "adaptive"):
+            output = os.path.join(work, f"tension_{mode}_{seed}")
+            print(run(["run", case, "--mode", mode, "--output", output, "--set", f"Packing/Seed={seed}"]).strip().splitlines()[-2])
+            nominal, strain, broken = (column(output, name) for name in ("nominal_stress", "axial_strain", "broken_bonds"))
+            peak = int(np.argmax(nominal))
+            peaks.append(nominal[peak])
+            linear = (nominal > 0.2 * nominal[peak]) & (nominal < 0.5 * nominal[peak]) & (np.arange(len(nominal)) < peak)
+            E = np.polyfit(strain[linear], column(output, "middle_stress")[linear], 1)[0] * (1. - POISSON**2)
+            check(f"E of the middle, {mode}", abs(E / YOUNG - 1.) < 0.03, E)
+            check("the peak is passed", nominal[-1] < 0.5 * nominal[peak])
+            check_balance(output)
+        check("direct tensile strength", abs(peaks[0] / known["direct tensile strength"] - 1.) < 0.08, peaks[0])
+        check("peak of mode adaptive over that of mode dem", abs(peaks[1] / peaks[0] - 1.) < 0.02, peaks[1] / peaks[0])
+        first = nominal[int(np.argmax(broken > 0))]
+        converted = nominal[int(np.argmax(column(output, "converted_cells") > 0))]
+        check("cells are converted before the first bond breaks", converted < first, f"{converted:.4g} {first:.4g} Pa")
+
+
+def strengths(case):
+    """The numbers of strengths.txt by their names."""
+    with open(os.path.join(case, "strengths.txt")) as file:
+        pairs = [line.strip().split(" = ") for line in file if " = " in line and not line.startswith("#")]
+    return {name: float(value) for name, value in pairs if name != "kind"}
+
+
 def calibrate(case, options, f_t, f_c, ranks=1):
-    """The values in the store. 5 % is what is asked of the strengths; the search stops at 2 %. Returns all that is known."""
+    """The values in strengths.txt. 5 % is what is asked of the strengths; the search stops at 2 %. Returns all that is known."""
     print(run(["calibrate", case, *options, "--set", f"Rock/Tensile strength={f_t}", "--set",
                f"Rock/Compressive strength={f_c}"], ranks).strip())
+    known = strengths(case)
     stores = [name for name in os.listdir(case) if name.startswith("packing_") and name.endswith(".h5")]
     with h5py.File(os.path.join(case, stores[0])) as file:
-        known = {name: float(value) for name, value in file.attrs.items() if np.ndim(value) == 0 and not isinstance(value, (str, bytes))}
-    check("E of the store", abs(known["achieved_young"] / YOUNG - 1.) < 0.01, known["achieved_young"])
-    check("nu of the store", abs(known["achieved_poisson"] - POISSON) < 0.02, known["achieved_poisson"])
-    check("UCS in the store", abs(known["achieved_compressive"] / f_c - 1.) < 0.05, known["achieved_compressive"])
-    check("Brazilian strength in the store", abs(known["achieved_tensile"] / f_t - 1.) < 0.05, known["achieved_tensile"])
+        young, poisson = float(file.attrs["achieved_young"]), float(file.attrs["achieved_poisson"])
+    check("E of the store", abs(young / YOUNG - 1.) < 0.01, young)
+    check("nu of the store", abs(poisson - POISSON) < 0.02, poisson)
+    for name, target in (("uniaxial compressive strength", f_c), ("direct tensile strength", f_t)):
+        check(name, abs(known[name] / target - 1.) < 0.05, known[name])
+    # Griffith's material would give 1; packings with a small ratio f_c/f_t fail earlier under the compression of the disc.
+    check("Brazilian strength", 0.3 < known["Brazilian strength"] / f_t < 1., known["Brazilian strength"])
     # In the press the middle of a packing differs from its static solve by 1.5 %; the mean of three by 1 %.
-    check("E of the specimens, mean", abs(known["specimen_young"] / YOUNG - 1.) < 0.015, known["specimen_young"])
-    check("nu of the specimens", abs(known["specimen_poisson"] - POISSON) < 0.02, known["specimen_poisson"])
-    check("three packings and a scatter", known["strength_packings"] >= 3 and known["scatter_compressive"] > 0.)
+    check("E of the specimens, mean", abs(known["specimen Young modulus"] / YOUNG - 1.) < 0.015, known["specimen Young modulus"])
+    check("nu of the specimens", abs(known["specimen Poisson ratio"] - POISSON) < 0.02, known["specimen Poisson ratio"])
+    check("three packings and a scatter", known["packings"] >= 3 and known["uniaxial compressive strength scatter"] > 0.)
     specimens = os.listdir(os.path.join(case, "specimens"))
     check("one specimen of either kind a packing", len(specimens) == 6, specimens)
     return known
@@ -114,13 +150,13 @@ def calibrate(case, options, f_t, f_c, ranks=1):
 
 def calibration(again):
     """Small specimens, and how runs use what was found. again: the same specimens by `kerf run`."""
-    f_t, f_c = 10e6, 44.5e6
+    f_t, f_c = 11.5e6, 47e6
     case = kerf_runner.copy_case(os.path.join(CASES, "uniaxial_compression_2d"), os.path.join(work, "small"))
     small = ["--set", "Mesh/Upper corner=0.03, 0.06", "--set", "Calibration/Specimen width=30", "--set", "Calibration/Transits=20"]
     known = calibrate(case, small, f_t, f_c)
     rock = ["--set", f"Rock/Tensile strength={f_t}", "--set", f"Rock/Compressive strength={f_c}", "--set", "Output/Snapshots=1"]
     if again:
-        bond = ["--set", f"Bond/Tensile strength={known['R_n']}", "--set", f"Bond/Shear strength={known['R_t']}"]
+        bond = ["--set", f"Bond/Tensile strength={known['R_n']}", "--set", "Bond/Strength=given", "--set", f"Bond/Shear strength={known['R_t']}"]
         peaks = []
         for seed in (2, 3, 4):
             output = os.path.join(work, f"again_{seed}")
@@ -145,15 +181,17 @@ def calibration(again):
 with tempfile.TemporaryDirectory() as work:
     if PART == "press":
         compressed([1])
+        pull([1])
         split()
     elif PART == "calibration":
         calibration(again=False)
     else:
         assert PART == "long", PART
         compressed([3, 2, 1])
+        pull([3, 2])
         calibration(again=True)
         solid = kerf_runner.copy_case(os.path.join(CASES, "uniaxial_compression_3d"), os.path.join(work, "solid"))
-        calibrate(solid, [], 10e6, 85e6, ranks=2)
+        calibrate(solid, [], 20.4e6, 85e6, ranks=2)
 
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)
