@@ -54,6 +54,7 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
     loads(settings.body, fem.mesh(), packing),
     surface(fem.mesh(), std::vector<char>(fem.mesh().boundary.size(), settings.tool.present()), packing,
             settings.body.surface_spacing),
+    surface_shares(regions),
     constraint(given_constraint ? std::move(given_constraint) : make_constraint(constraint_model(settings, packing, comm))),
     conversion(
       settings, mode, fem, *dem_side, packing, regions, *constraint, boundary, virial_stress, dt,
@@ -69,45 +70,15 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
   cutter.set_time_step(dt, std::min(packing.mean_diameter, 0.5 * smallest_edge(fem.mesh())));
   for (std::vector<TributaryAreas> *list : {&loads.loaded_areas(), &boundary.absorbing_areas()})
     for (TributaryAreas &areas : *list)
-      tributaries.emplace_back(&areas, regions.add_points(areas.points()));
-  tributaries.emplace_back(&surface, regions.add_points(surface.points()));
+      surface_shares.add(areas);
+  surface_shares.add(surface);
 }
 
-/// Loads on the surface have the weights of the places where they act. While particles relax with full weights, loads are full,
-/// too.
-void CoupledModel::update_surface_weights()
+void CoupledModel::update_surface_loads()
 {
-  const std::pair<int, bool> now_valid{regions.n_changes(), conversion.relaxing() && constraint->tie() == Tie::mean};
-  if (now_valid == seen_weights)
+  if (!surface_shares.update(conversion.relaxing() && constraint->tie() == Tie::mean))
     return;
-  seen_weights = now_valid;
-  std::vector<char> takes(regions.de_weights().size());
-  for (std::size_t i = 0; i < takes.size(); ++i)
-    takes[i] = regions.de_weights()[i] > 0.;
-  std::vector<double> contact, area;
-  if (cutter.present())
-  {
-    surface.set_whole();
-    area.assign(takes.size(), 0.);
-    for (const TributaryArea &share : surface.areas())
-      area[share.particle] += share.area;
-  }
-  for (const auto &[areas, number] : tributaries)
-    if (now_valid.second)
-      areas->set_whole();
-    else
-      areas->set_weights(1. - regions.fe_weights_at(number).array(), takes);
-  if (cutter.present())
-  {
-    contact.assign(takes.size(), -1.);
-    for (std::size_t i = 0; i < takes.size(); ++i)
-      if (area[i] > 0.)
-        contact[i] = 0.;
-    for (const TributaryArea &share : surface.areas())
-      if (area[share.particle] > 0.)
-        contact[share.particle] += share.area / area[share.particle];
-  }
-  cutter.set_contact_weights(contact);
+  cutter.set_contact_weights(surface.mean_weights());
   loads.update_forces();
   boundary.update_dashpots();
 }
@@ -148,7 +119,7 @@ void CoupledModel::cycle(dem::Phase phase, dem::Particles &particles)
   }
   for (ParticleWork *work : {&tool_work, &debris_work, &boundary_work, &absorbing_work})
     work->begin(phase, particles);
-  update_surface_weights();
+  update_surface_loads();
 
   if (with_fem)
   {

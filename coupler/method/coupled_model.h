@@ -15,6 +15,7 @@
 #include "coupler/method/model_settings.h"
 #include "coupler/method/overlap/overlap.h"
 #include "coupler/method/step_timer.h"
+#include "coupler/method/surface_shares.h"
 
 #include <memory>
 
@@ -78,7 +79,8 @@ private:
   std::vector<NearCell> cells_near_tool() const;
   std::vector<int> cells_kept_below_tool() const;
   void cycle(dem::Phase phase, dem::Particles &particles);
-  void update_surface_weights();
+  /// Loads on the surface have the weights of the places where they act.
+  void update_surface_loads();
   /// Enters the energy change of a conversion into the ledger.
   void record(ActivationEvent event);
   template <typename Action>
@@ -98,9 +100,8 @@ private:
   ReturnRule return_rule;
   ParticleBoundary boundary;
   ParticleLoads loads;
-  TributaryAreas surface;                                    // of the whole boundary, for contact
-  std::vector<std::pair<TributaryAreas *, int>> tributaries; // all of them, with the numbers of their points in the overlap
-  std::pair<int, bool> seen_weights{-1, false};              // changes of the overlap, full weights
+  TributaryAreas surface; // of the whole boundary, for contact
+  SurfaceShares surface_shares;
   std::unique_ptr<Constraint> constraint;
   Conversion conversion;
   Tool cutter;

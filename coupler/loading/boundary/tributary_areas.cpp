@@ -293,4 +293,18 @@ void TributaryAreas::set_whole()
 {
   add_up([](int) { return 1.; }, [](const Part &part) { return part.particle; });
 }
+
+std::vector<double> TributaryAreas::mean_weights() const
+{
+  std::vector<double> whole(packing.size(), 0.), mean(packing.size(), -1.);
+  for (const Part &part : parts)
+    whole[part.particle] += part.fraction * area_vectors.col(part.point).norm();
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    if (whole[i] > 0.)
+      mean[i] = 0.;
+  for (const TributaryArea &share : shares)
+    if (whole[share.particle] > 0.)
+      mean[share.particle] += share.area / whole[share.particle];
+  return mean;
+}
 } // namespace kerf

@@ -51,6 +51,8 @@ public:
 
   /// By rising particle. A particle occurs once for each direction of its normals.
   const std::vector<TributaryArea> &areas() const { return shares; }
+  /// Mean weight of the area of each particle by index in the packing [-]; -1: it has none, also with weights of one.
+  std::vector<double> mean_weights() const;
 
 private:
   struct Part
