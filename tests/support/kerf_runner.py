@@ -42,6 +42,13 @@ def history(directory):
     return {name: [float(row[name]) for row in rows] for name in rows[0]}
 
 
+def strengths(case):
+    """The numbers of strengths.txt by their names."""
+    with open(os.path.join(case, "strengths.txt")) as file:
+        pairs = [line.strip().split(" = ") for line in file if " = " in line and not line.startswith("#")]
+    return {name: float(value) for name, value in pairs if name != "kind"}
+
+
 def timer_table(directory):
     """What the log of a finished run says of its parts: seconds and microseconds a step by name."""
     with open(os.path.join(directory, "log.txt")) as file:

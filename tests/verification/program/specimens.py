@@ -97,7 +97,7 @@ def pull(seeds):
     over the packings is 2 %, so single packings are within 8 %. mode adaptive converts before the first bond breaks and reaches
     the peak of mode dem on the same packing within 2 %."""
     case = kerf_runner.copy_case(os.path.join(CASES, "direct_tension_2d"), os.path.join(work, "tension"))
-    known = strengths(case)
+    known = kerf_runner.strengths(case)
     for seed in seeds:
         peaks = []
         for mode in ("dem", "adaptive"):
@@ -118,18 +118,11 @@ def pull(seeds):
         check("cells are converted before the first bond breaks", converted < first, f"{converted:.4g} {first:.4g} Pa")
 
 
-def strengths(case):
-    """The numbers of strengths.txt by their names."""
-    with open(os.path.join(case, "strengths.txt")) as file:
-        pairs = [line.strip().split(" = ") for line in file if " = " in line and not line.startswith("#")]
-    return {name: float(value) for name, value in pairs if name != "kind"}
-
-
 def calibrate(case, options, f_t, f_c, ranks=1):
     """The values in strengths.txt. 5 % is what is asked of the strengths; the search stops at 2 %. Returns all that is known."""
     print(run(["calibrate", case, *options, "--set", f"Rock/Tensile strength={f_t}", "--set",
                f"Rock/Compressive strength={f_c}"], ranks).strip())
-    known = strengths(case)
+    known = kerf_runner.strengths(case)
     stores = [name for name in os.listdir(case) if name.startswith("packing_") and name.endswith(".h5")]
     with h5py.File(os.path.join(case, stores[0])) as file:
         young, poisson = float(file.attrs["achieved_young"]), float(file.attrs["achieved_poisson"])
