@@ -294,6 +294,8 @@ int export_case(const RunOptions &options, MPI_Comm comm)
   if (settings.body.gravity.norm() > 0. || settings.body.initial_stress.norm() > 0. ||
       std::any_of(settings.body.boundary_conditions.begin(), settings.body.boundary_conditions.end(), given_force))
     throw InputError(settings.directory + "/case.prm: Loads and tractions cannot be exported, only cases without them");
+  if (settings.tool.pulls()) // the script's fix does not know the stored packing, whose particles the platens hold
+    throw InputError(settings.directory + "/case.prm: Tool/Closing speed < 0 cannot be exported, give a speed > 0");
 
   const std::unique_ptr<Problem> made = set_up_problem(settings, Mode::dem, console, comm);
   const Problem &scene = *made;

@@ -106,6 +106,17 @@ TEST(Tool, PlatensThatPull)
   EXPECT_NEAR(tool.local_load().force[1], force, 1e-9);
   EXPECT_NEAR(tool.local_load().power, 2. * force * 0.1, 1e-9);
   EXPECT_EQ(tool.touched().size(), 2u);
+
+  // Without a stiffness ratio the spring follows the mass, 1 kg, and the step: 1.4 m/dt^2 without damping.
+  settings.stiffness_ratio = 0.;
+  Tool stiff(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
+  stiff.hold(packing);
+  stiff.set_time_step(0.01, 1.);
+  particles.f.setZero();
+  stiff.move_to(1.);
+  stiff.apply(view, nullptr);
+  EXPECT_NEAR(particles.f(1, 0), -1.4 / 1e-4 * 0.1, 1e-9);
+  EXPECT_NEAR(particles.f(1, 1), 1.4 / 1e-4 * 0.1, 1e-9);
 }
 
 // The surface of the finite elements pushes back like particles d apart: one on each length d in the plane, on each d^2 in
