@@ -15,8 +15,8 @@ namespace kerf
 {
 namespace
 {
-/// The whole body converts at the start, between particles none of which are in equilibrium, and only once. So it gets more
-/// iterations than a few cells beside relaxed particles: as many as the skin of a block under initial stress needs.
+/// Under initial stress a region that converts at the start has no equilibrium to begin with. So it gets more iterations than a
+/// few cells beside relaxed particles: as many as the skin of a block needs.
 constexpr int relaxation_at_start = 20;
 } // namespace
 
@@ -99,7 +99,8 @@ void CoupledModel::start()
   if (!cells.empty())
   {
     clock.begin_whole(Part::activation);
-    record(conversion.convert(cells, relaxation_at_start * settings.activation.relaxation_steps));
+    const int repeats = settings.body.initial_stress.norm() > 0. ? relaxation_at_start : 1;
+    record(conversion.convert(cells, repeats * settings.activation.relaxation_steps));
     clock.end_whole();
   }
   conversion_energy = conversion_gain = 0.; // the conversion at the start defines the initial energy

@@ -3,7 +3,6 @@
 
 #include "dem_side/engine/particle_rows.h"
 
-#include <algorithm>
 #include <vector>
 
 namespace kerf::dem
@@ -116,9 +115,6 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
 {
   ParticleRow<dim> *rows = particle_rows.data();
   const SimdPack tangential_share = std::sqrt(bond.k_t / bond.k_n);
-  // A bond without weight bears nothing: its rock is finite elements alone. weighted_radius() leaves it a weight of 1e-12.
-  constexpr double weightless = 1e-9;
-  const double breaking_weight = std::max(bond.breaking_weight, weightless);
   SimdPack::Mask overstretched = {};
   for (std::size_t k = 0; k < batches.size(); ++k)
   {
@@ -135,7 +131,7 @@ bool IntactBonds<dim>::add_loads(std::vector<ParticleRow<dim>> &particle_rows, c
       const SimdPack::Mask tension = law::fails_in_tension(strain, bond);
       SimdPack::Mask failing = tension | law::fails_in_shear(strain, bond);
       if (__builtin_expect(any(failing), false))
-        failing &= batch.weight >= breaking_weight;
+        failing &= batch.weight >= bond.breaking_weight;
       if (__builtin_expect(any(failing), false))
       {
         for (int lane = 0; lane < SimdPack::size; ++lane)
