@@ -66,6 +66,15 @@ Vector3d Tool::contact_force(const NearestSurface &surface, const Vector3d &rock
   return force;
 }
 
+double Tool::stiffness_of(const dem::Particles &particles, int i) const
+{
+  const double given = contact_weights.empty() ? -1. : contact_weights[particles.index[i]];
+  const double weight = particles.weight[i], contact_weight = given < 0. ? weight : given;
+  // A stiffness that follows the mass has no more than its share of the stable step.
+  return mass_stiffness > 0. ? mass_stiffness * particles.mass[i] * std::min(1., contact_weight / weight)
+                             : contact_weight * particle_stiffness;
+}
+
 void Tool::push_particles(const RigidBody &body, dem::Particles &particles, double share)
 {
   const Box touchable = body.bounds(0.);
@@ -82,11 +91,7 @@ void Tool::push_particles(const RigidBody &body, dem::Particles &particles, doub
       continue;
     const Vector3d arm = -radius * surface.normal;
     const Vector3d rock_velocity = particles.velocity.col(i) + particles.angular_velocity.col(i).cross(arm);
-    const double given = contact_weights.empty() ? -1. : contact_weights[particles.index[i]];
-    const double weight = particles.weight[i], contact_weight = given < 0. ? weight : given;
-    // A stiffness that follows the mass has no more than its share of the stable step.
-    const double stiffness = mass_stiffness > 0. ? mass_stiffness * particles.mass[i] * std::min(1., contact_weight / weight)
-                                                 : contact_weight * particle_stiffness;
+    const double stiffness = stiffness_of(particles, i);
     const double damping = 2. * settings.damping * std::sqrt(stiffness * particles.mass[i]);
     const Vector3d force = contact_force(surface, rock_velocity, stiffness, damping, share);
     particles.force.col(i) += force;
@@ -143,7 +148,7 @@ void Tool::hold_particles(const RigidBody &body, const std::vector<double> &star
       continue;
     NearestSurface surface = body.nearest(particles.position.col(i));
     surface.gap -= particles.radius[i] + start_gap[particles.index[i]];
-    const double stiffness = particles.weight[i] * particle_stiffness;
+    const double stiffness = stiffness_of(particles, i);
     const double damping = 2. * settings.damping * std::sqrt(stiffness * particles.mass[i]);
     particles.force.col(i) += holding_force(surface, particles.velocity.col(i), stiffness, damping, share);
     touched_particles.push_back(i);

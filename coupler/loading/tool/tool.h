@@ -86,6 +86,8 @@ public:
 private:
   Eigen::Vector3d contact_force(const NearestSurface &surface, const Eigen::Vector3d &rock_velocity, double stiffness,
                                 double damping, double share);
+  /// Of the spring between a particle and the tool, with the particle's share of the surface [N/m].
+  double stiffness_of(const dem::Particles &particles, int i) const;
   void push_particles(const RigidBody &body, dem::Particles &particles, double share);
   void push_surface(const RigidBody &body, fem::SurfaceContact &rock_surface, double share);
   Eigen::Vector3d holding_force(const NearestSurface &surface, const Eigen::Vector3d &rock_velocity, double stiffness,
