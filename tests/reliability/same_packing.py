@@ -52,12 +52,12 @@ class Scene:
         return (impulse - np.interp(time - self.average, time, impulse)) / self.average
 
     def failure(self, history):
-        """Rows of the peak load and of failure: the load has fallen to half. Couples do not fall; there it is when the crack
+        """Rows of the peak load and of failure: the load has fallen by 30 %. Couples do not fall; there it is when the crack
         has left the notch."""
         load, broken = self.load(history), history["broken_bonds"]
         failed = broken >= self.broken
         if not self.couples:
-            failed &= load < 0.5 * np.maximum.accumulate(load)
+            failed &= load < 0.7 * np.maximum.accumulate(load)
         if not failed.any():
             raise SystemExit(f"same_packing: {self.name}: nothing fails")
         end = int(failed.argmax())
@@ -67,7 +67,7 @@ class Scene:
 def scenes(cases, test_cases):
     return [Scene("direct tension", f"{cases}/direct_tension_2d", "bar of 40 x 80 mm, pulled by platens", 5, 1e-5,
                   {"Tool/Stiffness ratio": 5, "Time/Stop below": 0, "Time/End time": 1.6e-3}),
-            Scene("notched plate", f"{test_cases}/notched_plate", "48 x 68 mm, edge notch of 12 mm, pulled by platens", 5, 1e-5),
+            Scene("notched plate", f"{test_cases}/notched_plate", "48 x 68 mm, edge notch of 12 mm, pulled by platens", 5, 2e-5),
             Scene("notched beam", f"{test_cases}/notched_beam", "76 x 32 mm, notch of 12 mm, bent by couples", 10, 1e-5, couples=True),
             Scene("first chip", f"{test_cases}/first_chip", "disc of R = 6 mm, 12 mm beside a free side", 20, 2e-5)]
 
@@ -188,9 +188,9 @@ def table(results):
 
 
 def variations(cases, test_cases):
-    """Scene, which its full DEM shares, and with it what is changed, mode and settings. One thing at a time."""
+    """Scene and packing, which full DEM shares, and with them what is changed, mode and settings. One thing at a time."""
     by_name = {scene.name: scene for scene in scenes(cases, test_cases)}
-    fine, chip = by_name["notched beam"], by_name["first chip"]
+    plate, fine, chip = by_name["notched plate"], by_name["notched beam"], by_name["first chip"]
     beam = replace(fine, name="beam of 1 mm", settings={"Packing/Mean diameter": 1e-3, "Coupling/Overlap width": 8})
     supports = "y < 1e-6 && x > {0} && x < {1}: roller"
     three_points = "; ".join((supports.format(0.004, 0.008), supports.format(0.068, 0.072),
@@ -203,28 +203,33 @@ def variations(cases, test_cases):
     other_step = ("full DEM, time step 1.4 % smaller", "dem", {"Time/Safety": 0.69})
     low = ("sigma* fraction 0.25", "adaptive", {"Adaptivity/Sigma star fraction": 0.25})
     third = "0.02 0 0.056 0.032"
-    return [(fine, [("d = 0.5 mm", "adaptive", {})]),
-            (beam, [("d = 1 mm", "adaptive", {}), low, ("overlap of 16 d", "adaptive", {"Coupling/Overlap width": 16}),
+    half = {"Adaptivity/Sigma star fraction": 0.5}
+    return [(plate, 4, [("sigma* fraction 0.35", "adaptive", {}), ("sigma* fraction 0.5", "adaptive", half), low,
+                        ("0.5, cells of 2 mm", "adaptive", {**half, "Mesh/Refine": "0 0 0.048 0.068 1"}),
+                        ("0.5, overlap of 16 d", "adaptive", {**half, "Coupling/Overlap width": 16}),
+                        ("0.5, 200 relaxation steps", "adaptive", {**half, "Adaptivity/Relaxation steps": 200}), other_step]),
+            (fine, 1, [("d = 0.5 mm", "adaptive", {})]),
+            (beam, 1, [("d = 1 mm", "adaptive", {}), low, ("overlap of 16 d", "adaptive", {"Coupling/Overlap width": 16}),
                     ("cells of 2 mm", "adaptive", {"Mesh/Refine": "0 0 0.076 0.032 1"}),
                     ("fixed: middle third without 8 mm below its upper side", "fixed", {"Fixed/Region": "0.02 0 0.056 0.024"}),
                     ("fixed: middle third up to its upper side", "fixed", {"Fixed/Region": third}), other_step]),
-            (bent, [("three-point bending on supports of one cell", "adaptive", {}), low,
+            (bent, 1, [("three-point bending on supports of one cell", "adaptive", {}), low,
                     ("fixed: middle third up to its upper side", "fixed", {"Fixed/Region": third}),
                     ("fixed: the same and around the supports", "fixed",
                      {"Fixed/Region": f"0 0 0.016 0.016; 0.06 0 0.076 0.016; {third}"})]),
-            (chip, [("as it is", "adaptive", {}), low, other_step]),
-            (middle, [("block of 96 mm, disc in the middle", "adaptive", {}), low, other_step])]
+            (chip, 1, [("as it is", "adaptive", {}), low, other_step]),
+            (middle, 1, [("block of 96 mm, disc in the middle", "adaptive", {}), low, other_step])]
 
 
 def causes(groups, run):
-    lines = ["| scene, packing 1 | change | first break / full DEM | peak / full DEM |", "|---|---|---:|---:|"]
-    for scene, changes in groups:
-        full = run(scene, "dem", "dem", 1)
+    lines = ["| scene, packing | change | first break / full DEM | peak / full DEM |", "|---|---|---:|---:|"]
+    for scene, seed, changes in groups:
+        full = run(scene, "dem", "dem", seed)
         for number, (text, mode, settings) in enumerate(changes):
-            varied = run(scene, "adaptive" if mode == "adaptive" and not settings else f"change{number}", mode, 1, settings)
+            varied = run(scene, "adaptive" if mode == "adaptive" and not settings else f"change{number}", mode, seed, settings)
             first, peak = ([scene.load(result.history)[row(result.history)] for result in (varied, full)] for row in
                            (lambda history: int((history["broken_bonds"] > 0).argmax()), lambda history: scene.failure(history)[0]))
-            lines.append(f"| {scene.name} | {text} | {first[0] / first[1]:.4f} | {peak[0] / peak[1]:.4f} |")
+            lines.append(f"| {scene.name}, {seed} | {text} | {first[0] / first[1]:.4f} | {peak[0] / peak[1]:.4f} |")
             print(lines[-1], flush=True)
     return lines
 
