@@ -38,6 +38,7 @@ class Scene:
     settings: dict = field(default_factory=dict)
     couples: bool = False  # tractions load it, the tool does not
     pushed: float = 0.  # speed of a boundary that pushes [m/s]
+    seeds: tuple = SEEDS
 
     def load(self, history):
         """Force of the tool [N/m], or bending moment [N]."""
@@ -68,8 +69,9 @@ def scenes(cases, test_cases):
     return [Scene("direct tension", f"{cases}/direct_tension_2d", "bar of 40 x 80 mm, pulled by platens", 5, 1e-5,
                   {"Tool/Stiffness ratio": 5, "Time/Stop below": 0, "Time/End time": 1.6e-3}),
             Scene("notched plate", f"{test_cases}/notched_plate", "48 x 68 mm, edge notch of 12 mm, pulled by platens", 5, 2e-5),
-            Scene("notched beam", f"{test_cases}/notched_beam", "76 x 32 mm, notch of 12 mm, bent by couples", 10, 1e-5, couples=True),
-            Scene("first chip", f"{test_cases}/first_chip", "disc of R = 6 mm, 12 mm beside a free side", 20, 2e-5)]
+            Scene("first chip", f"{test_cases}/first_chip", "disc of R = 6 mm, 12 mm beside a free side", 20, 2e-5),
+            Scene("notched beam", f"{test_cases}/notched_beam", "76 x 32 mm, notch of 12 mm, bent by couples", 10, 1e-5, couples=True,
+                  seeds=SEEDS[:2])]  # of half the diameter, minutes each
 
 
 class Result:
@@ -256,7 +258,7 @@ def main():
         for scene in scenes(options.cases, options.test_cases):
             if options.quick and scene.name != "notched plate":
                 continue
-            found = [compare(scene, run, seed) for seed in (SEEDS[:1] if options.quick else SEEDS)]
+            found = [compare(scene, run, seed) for seed in (SEEDS[:1] if options.quick else scene.seeds)]
             results.append((scene, found))
             for one in found:
                 check(f"{scene.name}, packing {one.seed}: peak load", abs(one.ratio - 1.) <= PEAK, f"{one.ratio:.4f} of full DEM")
