@@ -133,6 +133,8 @@ SpecimenState SpecimenGauge::read(CoupledModel &model, double force) const
 
 bool SpecimenRecord::fell_below(double fraction) const
 {
+  if (fraction <= 0.)
+    return false; // halves that swing back change the sign of the stress
   double peak = 0.;
   for (const SpecimenState &state : states)
     peak = std::max(peak, state.stress);

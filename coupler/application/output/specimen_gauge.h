@@ -70,7 +70,7 @@ class SpecimenRecord
 {
 public:
   void add(const SpecimenState &state) { states.push_back(state); }
-  /// Whether bonds have broken and the stress is below @p fraction of its peak.
+  /// Whether bonds have broken and the stress is below @p fraction of its peak. Zero: never.
   bool fell_below(double fraction) const;
   SpecimenResult result(int dim) const;
 

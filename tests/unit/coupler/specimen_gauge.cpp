@@ -58,4 +58,8 @@ TEST(SpecimenRecord, EndOfTheTest)
   record.add(state);
   EXPECT_TRUE(record.fell_below(0.5));
   EXPECT_FALSE(record.fell_below(0.05));
+  state.stress = -1.; // torn halves swing back
+  record.add(state);
+  EXPECT_TRUE(record.fell_below(0.05));
+  EXPECT_FALSE(record.fell_below(0.)); // never
 }

@@ -119,6 +119,40 @@ TEST(Tool, PlatensThatPull)
   EXPECT_NEAR(particles.f(1, 1), 1.4 / 1e-4 * 0.1, 1e-9);
 }
 
+// A stiffness that follows the time step holds as it pushes: the same displacement gives the same force, pulled or pressed.
+TEST(Tool, PlatensPullWithTheStiffnessOfTheTimeStep)
+{
+  double force[2];
+  for (const int pull : {0, 1})
+  {
+    ToolSettings settings;
+    settings.kind = ToolKind::platens;
+    settings.closing_speed = pull ? -0.2 : 0.2;
+    settings.smoothing_time = 0.;
+    settings.lower = 0.;
+    settings.upper = 4.;
+    settings.stiffness_ratio = 0.;
+    settings.friction = 0.;
+    settings.damping = 0.;
+    Tool tool(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
+    tool.set_time_step(1e-3, 1.);
+    Eigen::Matrix3Xd x(3, 2);
+    x << 0., 5., 0.5, 3.5, 0., 0.; // radius 0.5: touching at the start
+    dem::Packing packing;
+    packing.positions = x;
+    packing.radii = Eigen::VectorXd::Constant(2, 0.5);
+    packing.gap_tolerance = 0.1;
+    tool.hold(packing);
+    test::DummyParticles particles(x);
+    dem::Particles view = particles.view();
+    tool.move_to(1.);
+    tool.apply(view, nullptr);
+    force[pull] = particles.f(1, 0);
+  }
+  EXPECT_GT(force[0], 1.);
+  EXPECT_NEAR(force[1] / force[0], -1., 1e-12);
+}
+
 // The surface of the finite elements pushes back like particles d apart: one on each length d in the plane, on each d^2 in
 // space.
 TEST(Tool, SurfaceIsAsStiffAsParticles)
