@@ -201,7 +201,7 @@ void Conversion::relax_particles(const std::vector<int> &added, const std::vecto
   if (!at_rest)
   {
     relax(settings.bond, bond_material(settings, packing).density, relaxation_steps, packing, moving, accelerations, dem,
-          forces.compute, [this] { return constraint.springs(); });
+          forces.compute, forces.springs);
     is_relaxing = false;
     dem.set_weights(overlap.de_weights());
     forces.compute();

@@ -25,6 +25,8 @@ public:
   {
     std::function<void()> set_up;  ///< after particles were inserted or removed
     std::function<void()> compute; ///< after particles were moved
+    /// Stiffness of constraint and tool on this rank's particles, in their order at the last computation [N/m]; empty: none.
+    std::function<Eigen::VectorXd()> springs;
   };
 
   /// All references are kept. @param dt time step [s]. @param energies returns the present energies of the model

@@ -58,8 +58,8 @@ CoupledModel::CoupledModel(const ModelSettings &settings, Mode mode, fem::FemSid
     constraint(given_constraint ? std::move(given_constraint) : make_constraint(constraint_model(settings, packing, comm))),
     conversion(
       settings, mode, fem, *dem_side, packing, regions, *constraint, boundary, virial_stress, dt,
-      {[this] { set_up_forces(); }, [this] { particle_forces(&dem::DemSide::compute_forces); }}, [this] { return energies(); },
-      comm),
+      {[this] { set_up_forces(); }, [this] { particle_forces(&dem::DemSide::compute_forces); }, [this] { return springs(); }},
+      [this] { return energies(); }, comm),
     cutter(settings.tool, packing.dim, settings.bond.k_n, packing.mean_diameter, settings.body.material.density, comm),
     debris_contact(settings.bond, packing, dt, comm), tool_work(dt, comm), debris_work(dt, comm), boundary_work(dt, comm),
     absorbing_work(dt, comm)
@@ -250,6 +250,16 @@ void CoupledModel::record(ActivationEvent event)
 void CoupledModel::set_up_forces()
 {
   particle_forces(&dem::DemSide::setup);
+}
+
+Eigen::VectorXd CoupledModel::springs() const
+{
+  Eigen::VectorXd stiffness = constraint->springs();
+  if (stiffness.size() == 0 && !cutter.touched().empty())
+    stiffness = Eigen::VectorXd::Zero(dem_side->particles().n);
+  for (std::size_t k = 0; k < cutter.touched().size(); ++k)
+    stiffness[cutter.touched()[k]] += cutter.touched_stiffness()[k];
+  return stiffness;
 }
 
 void CoupledModel::particle_forces(void (dem::DemSide::*compute)(const dem::ForceHook &))

@@ -81,6 +81,8 @@ private:
   void cycle(dem::Phase phase, dem::Particles &particles);
   /// Loads on the surface have the weights of the places where they act.
   void update_surface_loads();
+  /// Stiffness of constraint and tool on the particles, see Conversion::Forces.
+  Eigen::VectorXd springs() const;
   /// Enters the energy change of a conversion into the ledger.
   void record(ActivationEvent event);
   template <typename Action>

@@ -59,6 +59,7 @@ ROOMS = {
     METHOD + "conversion_audit": [METHOD + "activation", *BELOW_METHOD],
     METHOD + "conversion": [METHOD + "conversion_audit", METHOD + "stability", METHOD + "constraint", METHOD + "activation",
                             METHOD + "overlap", METHOD + "model_settings", *BELOW_METHOD],
+    METHOD + "surface_shares": [METHOD + "overlap", *BELOW_METHOD],
     METHOD + "coupled_model": ["coupler/method", *BELOW_METHOD],
     APPLICATION + "case_file": BELOW_APPLICATION,
     APPLICATION + "run_options": [APPLICATION + "case_file", *BELOW_APPLICATION],

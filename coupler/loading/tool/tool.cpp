@@ -97,6 +97,7 @@ void Tool::push_particles(const RigidBody &body, dem::Particles &particles, doub
     particles.force.col(i) += force;
     particles.torque.col(i) += arm.cross(force);
     touched_particles.push_back(i);
+    contact_stiffness.push_back(stiffness);
   }
 }
 
@@ -152,6 +153,7 @@ void Tool::hold_particles(const RigidBody &body, const std::vector<double> &star
     const double damping = 2. * settings.damping * std::sqrt(stiffness * particles.mass[i]);
     particles.force.col(i) += holding_force(surface, particles.velocity.col(i), stiffness, damping, share);
     touched_particles.push_back(i);
+    contact_stiffness.push_back(stiffness);
   }
 }
 
@@ -173,6 +175,7 @@ void Tool::apply(dem::Particles &particles, fem::SurfaceContact *rock_surface)
 {
   load = Load();
   touched_particles.clear();
+  contact_stiffness.clear();
   for (std::size_t b = 0; b < bodies.size(); ++b)
   {
     if (settings.pulls())

@@ -73,6 +73,8 @@ public:
   Load total(const Load &local) const;            ///< sum over the ranks; collective
   /// Particles that the last apply() pushed, as places in its arrays. Some may be there twice.
   const std::vector<int> &touched() const { return touched_particles; }
+  /// Stiffness of their contacts in the same order [N/m].
+  const std::vector<double> &touched_stiffness() const { return contact_stiffness; }
 
   bool present() const { return settings.present(); }
   /// The disc cutter; nullptr for other tools.
@@ -110,6 +112,7 @@ private:
   std::array<std::vector<double>, 2> start_gaps;
   Load load;
   std::vector<int> touched_particles;
+  std::vector<double> contact_stiffness;
   std::vector<double> contact_weights;
   fem::SurfacePoints points;
   Eigen::Matrix3Xd point_force;
