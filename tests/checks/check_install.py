@@ -61,7 +61,8 @@ def run(hide, program, case, output, path):
 
 def installed_files(prefix):
     wanted = ["bin/kerf", "share/kerf/plots/figures.py", "share/kerf/plots/results_file.py",
-              "share/kerf/cases/disc_cutter_2d/case.prm", "share/kerf/cases/uniaxial_compression_3d/case.prm",
+              "share/kerf/cases/disc_cutter_2d/case.prm", "share/kerf/cases/disc_cutter_2d/strengths.txt",
+              "share/kerf/cases/uniaxial_compression_3d/case.prm",
               "share/doc/kerf/README.md", "share/doc/kerf/LICENSE", "share/doc/kerf/docs/user/parameters.md"]
     missing = [name for name in wanted if not (prefix / name).is_file()]
     check("program, scripts, cases and documents are installed", not missing, missing)
