@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Charts the error of the cutting force against full DEM over the cost, for many settings of the coupling.
 
-  speed_accuracy.py [CASE] [--kerf build/kerf] [--seeds 1 2 3 ... 16] [--few 3] [--jobs 2] [--from T] [--existing]
+  speed_accuracy.py [CASE] [--kerf build/kerf] [--seeds 1 2 3 ... 16] [--few 4] [--jobs 2] [--from T] [--existing]
 
 Runs the case with every setting and packing into results/speed_accuracy/, some of them at the same time; what has finished with the
 same options is kept. Full DEM and adaptive runs are made on all packings, other settings on the first few. Writes docs/results/figures/speed_accuracy.png,
@@ -126,21 +126,22 @@ def changes_of_models(directories):
 
 def errors(rows):
     """Relative errors of the mean force with their standard errors from the differences on each packing, and costs, of means
-    over the packings that a setting ran on."""
+    over the packings on which a setting ran to the end."""
     for row in rows:
+        finished = np.isfinite(row["mean"])
         for key, name in (("mean", "error"), ("whole", "whole_error")):
-            reference = rows[0][key][:len(row[key])]
-            difference = (row[key] - reference) / np.mean(reference)
-            row[name] = np.nan if row["failed"] else np.mean(difference)
-            row["of_" + name] = np.std(difference, ddof=1) / np.sqrt(len(difference))
-        reference = np.mean(rows[0]["mean"][:len(row["mean"])])
-        row["scatter"] = np.nan if row["failed"] else np.std(row["mean"], ddof=1) / reference
+            reference = rows[0][key][:len(row[key])][finished]
+            difference = (row[key][finished] - reference) / np.mean(reference)
+            row[name] = np.mean(difference) if len(difference) > 1 else np.nan
+            row["of_" + name] = np.std(difference, ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else np.nan
+        reference = np.mean(rows[0]["mean"][:len(row["mean"])][finished])
+        row["scatter"] = np.std(row["mean"][finished], ddof=1) / reference if finished.sum() > 1 else np.nan
         row["cost"] = np.mean(row["walls"]) / np.mean(rows[0]["walls"][:len(row["mean"])])
 
 
 def pareto(rows):
     """Settings that none beats in both cost and error."""
-    able = [row for row in rows[1:] if not row["failed"]]
+    able = [row for row in rows[1:] if np.isfinite(row["error"])]
     return [row for row in able if not any(other["cost"] < row["cost"] and abs(other["error"]) < abs(row["error"])
                                            for other in able)]
 
@@ -150,7 +151,7 @@ def chart(rows, best, path):
     few = min(len(row["mean"]) for row in rows)
     scatter = 100. * rows[0]["scatter"] / np.sqrt(few)
     axis.axhspan(0., scatter, color="#e3e6ea", label=f"standard error of full DEM over {few} packings")
-    able = [row for row in rows[1:] if not row["failed"]]
+    able = [row for row in rows[1:] if np.isfinite(row["error"])]
     for row in able:
         chosen = row in best
         axis.plot(row["cost"], 100. * abs(row["error"]), "o", markersize=8, color=figures.LINE_COLOURS[1 if chosen else 0])
@@ -199,10 +200,10 @@ def table(rows, best, unit):
         if row["failed"] == len(row["mean"]):
             lines.append(f"| {row['name']} | - | - | - | - | - | - | - | - | - | failed |")
             continue
-        note = f"failed on {row['failed']} packings" if row["failed"] else "Pareto" if row in best else ""
-        change, whole = ("-" if row["failed"] else "" if row is rows[0] else
-                         f"{100. * row[name]:+.1f} +- {100. * row['of_' + name]:.1f} %" for name in ("error", "whole_error"))
-        scatter = "-" if row["failed"] else f"{100. * row['scatter']:.1f} %"
+        note = f"stopped on {row['failed']} packings" if row["failed"] else "Pareto" if row in best else ""
+        change, whole = ("" if row is rows[0] else f"{100. * row[name]:+.1f} +- {100. * row['of_' + name]:.1f} %"
+                         for name in ("error", "whole_error"))
+        scatter = f"{100. * row['scatter']:.1f} %"
         lines.append(f"| {row['name']} | {row['wall']:.1f} | {100. * row['cost']:.0f} % | {np.nanmean(row['mean']) / 1e3:.1f} | "
                      f"{change} | {whole} | {scatter} | {row['peak'] / 1e3:.0f} | {row['active']:.0f} | {row['broken']:.0f} | {note} |")
     return "\n".join(lines)
@@ -213,6 +214,7 @@ def main():
     parser.add_argument("case", nargs="?", default="cases/disc_cutter_2d")
     parser.add_argument("--kerf", default=str(ROOT / "build" / "kerf"))
     parser.add_argument("--seeds", nargs="+", type=int, default=list(range(1, 17)))
+    parser.add_argument("--settings", nargs="+", metavar="NAME", help="other settings to run, by default all")
     parser.add_argument("--few", type=int, default=4, help="packings of the other settings")
     parser.add_argument("--jobs", type=int, default=2, help="runs at the same time")
     parser.add_argument("--results", default="results/speed_accuracy")
@@ -220,6 +222,8 @@ def main():
     parser.add_argument("--from", dest="start", type=float, default=0., metavar="T", help="start of the time window of the forces [s]")
     parser.add_argument("--existing", action="store_true", help="run nothing, read what is there")
     options = parser.parse_args()
+    if options.settings is not None:
+        SETTINGS[:] = SETTINGS[:MAIN] + [setting for setting in SETTINGS[MAIN:] if setting[0] in options.settings]
     case = Path(options.case) if Path(options.case).is_dir() else ROOT / options.case
     results, docs = Path(options.results), Path(options.docs)
     codes = run_all(options, case, results)
