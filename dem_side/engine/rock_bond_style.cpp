@@ -211,6 +211,8 @@ void RockBondStyle::create_bonds()
 /// The ends may be too far apart to be listed as a pair, or on two ranks.
 void RockBondStyle::record_born_broken()
 {
+  if (born_broken.empty())
+    return;
   const Packing &packing = *parameters.packing;
   std::vector<int> local(packing.size(), -1);
   for (int i = 0; i < lmp.atom->nlocal; ++i)

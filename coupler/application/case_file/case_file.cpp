@@ -380,6 +380,8 @@ void set_strengths(Case &settings, const Reader &reader)
   ActivationSettings &activation = settings.activation;
   std::ostringstream text;
   text << std::setprecision(4) << "bond strengths   ";
+  const auto name_bonds = [&]
+  { text << "R_n = " << settings.bond.R_n << ", R_t = " << settings.bond.R_t << (settings.dim() == 2 ? " N/m" : " N"); };
   const bool calibrated = reader.text("Bond", "Strength") == "calibrated";
   if (calibrated)
   {
@@ -394,15 +396,17 @@ void set_strengths(Case &settings, const Reader &reader)
     activation.compressive_strength = known.compressive.mean;
     const auto measured = [&](const char *name, const Measured &value)
     { text << name << value.mean / 1e6 << " +- " << value.scatter / 1e6 << " MPa"; };
-    text << "R_n = " << bond.R_n << ", R_t = " << bond.R_t << (settings.dim() == 2 ? " N/m" : " N")
-         << ", calibrated; specimens: ";
+    name_bonds();
+    text << ", calibrated; specimens: ";
     measured("direct tension ", known.tensile);
     measured(", uniaxial compression ", known.compressive);
     measured(", Brazilian ", known.brazilian);
   }
   else
-    text << "R_n = " << settings.bond.R_n << ", R_t = " << settings.bond.R_t << (settings.dim() == 2 ? " N/m" : " N")
-         << ", as given";
+  {
+    name_bonds();
+    text << ", as given";
+  }
 
   activation.sigma_star = reader.number("Adaptivity", "Sigma star");
   const bool given = activation.sigma_star > 0.;

@@ -13,6 +13,24 @@
 using namespace kerf;
 using Eigen::Vector3d;
 
+namespace
+{
+/// Platens without damping, 4 apart at the start.
+ToolSettings platens(double closing_speed, double stiffness_ratio, double friction)
+{
+  ToolSettings settings;
+  settings.kind = ToolKind::platens;
+  settings.closing_speed = closing_speed;
+  settings.smoothing_time = 0.;
+  settings.lower = 0.;
+  settings.upper = 4.;
+  settings.stiffness_ratio = stiffness_ratio;
+  settings.friction = friction;
+  settings.damping = 0.;
+  return settings;
+}
+} // namespace
+
 // Tool on one particle: force, reaction and power follow from the law; a rolling disc does not slide over a fixed surface.
 TEST(Tool, ContactWithOneParticle)
 {
@@ -42,15 +60,7 @@ TEST(Tool, ContactWithOneParticle)
 // power is that of both.
 TEST(Tool, PlatensPressFromBothSides)
 {
-  ToolSettings settings;
-  settings.kind = ToolKind::platens;
-  settings.closing_speed = 0.2;
-  settings.smoothing_time = 0.;
-  settings.lower = 0.;
-  settings.upper = 4.;
-  settings.stiffness_ratio = 2.;
-  settings.friction = 0.;
-  settings.damping = 0.;
+  const ToolSettings settings = platens(0.2, 2., 0.);
   Tool tool(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
   Eigen::Matrix3Xd x(3, 2);
   x << 0., 5., 0.5, 3.5, 0., 0.; // radius 0.5: touching at the start
@@ -74,15 +84,7 @@ TEST(Tool, PlatensPressFromBothSides)
 // negative and the particles slide along them freely.
 TEST(Tool, PlatensThatPull)
 {
-  ToolSettings settings;
-  settings.kind = ToolKind::platens;
-  settings.closing_speed = -0.2;
-  settings.smoothing_time = 0.;
-  settings.lower = 0.;
-  settings.upper = 4.;
-  settings.stiffness_ratio = 2.;
-  settings.friction = 0.5;
-  settings.damping = 0.;
+  ToolSettings settings = platens(-0.2, 2., 0.5);
   Tool tool(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
   Eigen::Matrix3Xd x(3, 3);
   x << 0., 5., 0., 0.52, 3.5, 2., 0., 0., 0.; // radius 0.5: gaps 0.02 and 0, the third is free
@@ -125,15 +127,7 @@ TEST(Tool, PlatensPullWithTheStiffnessOfTheTimeStep)
   double force[2];
   for (const int pull : {0, 1})
   {
-    ToolSettings settings;
-    settings.kind = ToolKind::platens;
-    settings.closing_speed = pull ? -0.2 : 0.2;
-    settings.smoothing_time = 0.;
-    settings.lower = 0.;
-    settings.upper = 4.;
-    settings.stiffness_ratio = 0.;
-    settings.friction = 0.;
-    settings.damping = 0.;
+    const ToolSettings settings = platens(pull ? -0.2 : 0.2, 0., 0.);
     Tool tool(settings, 2, 1e4, 1., 1000., MPI_COMM_WORLD);
     tool.set_time_step(1e-3, 1.);
     Eigen::Matrix3Xd x(3, 2);
