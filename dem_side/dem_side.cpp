@@ -85,6 +85,10 @@ struct DemSide::Engine
   std::vector<StoredPair> misfitting_bonds(const std::vector<NewParticle> &particles,
                                            const std::unordered_map<int, NewParticle> &expected) const;
   std::int64_t n_bonds_to_new() const;
+  double mass(int particle, const std::vector<char> &among, const Eigen::VectorXd &weight) const
+  {
+    return settings.density * packing.volume(particle) * mass_weight(particle, packing, stored_bonds, among, weight);
+  }
   void update_masses();
   void notice_leavers();
   void stop_if_overstretched() const;
@@ -212,10 +216,7 @@ void DemSide::Engine::update_masses()
 {
   LAMMPS_NS::Atom &atom = *lmp->atom;
   for (int i = 0; i < atom.nlocal + atom.nghost; ++i)
-  {
-    const int particle = atom.tag[i] - 1;
-    atom.rmass[i] = settings.density * packing.volume(particle) * mass_weight(particle, packing, stored_bonds, active, weights);
-  }
+    atom.rmass[i] = mass(atom.tag[i] - 1, active, weights);
 }
 
 /// LIGGGHTS deletes particles outside of the box when it exchanges particles between ranks.
@@ -390,6 +391,18 @@ void DemSide::set_weights(const Eigen::VectorXd &weight)
     e.style->set_weight(i, weight[e.lmp->atom->tag[i] - 1]);
   e.style->constants_changed = true;
   e.is_set_up = false;
+}
+
+std::vector<double> DemSide::masses_with(const std::vector<NewParticle> &added, const Eigen::VectorXd &weight) const
+{
+  const Engine &e = *engine;
+  std::vector<char> active = e.active;
+  for (const NewParticle &particle : added)
+    active[particle.index] = 1;
+  std::vector<double> masses(e.lmp->atom->nlocal);
+  for (std::size_t i = 0; i < masses.size(); ++i)
+    masses[i] = e.mass(e.lmp->atom->tag[i] - 1, active, weight);
+  return masses;
 }
 
 void DemSide::setup(const ForceHook &hook)

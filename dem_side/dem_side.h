@@ -49,6 +49,10 @@ public:
   /// a particle that is bonded to one with weight, at the outer end of an overlap. Follow with setup() or compute_forces().
   void set_weights(const Eigen::VectorXd &weight);
 
+  /// Weighted masses [kg] of the particles of this rank, in the order of particles(), that setup() will give them if
+  /// insert(@p added) and set_weights(@p weight) are called before.
+  std::vector<double> masses_with(const std::vector<NewParticle> &added, const Eigen::VectorXd &weight) const;
+
   /// Exchanges particles between ranks, builds the lists, creates pending bonds and computes all forces at the present
   /// positions without a step. Throws Unstable when bonds cannot be created because their particles are displaced too far.
   void setup(const ForceHook &hook);

@@ -82,5 +82,6 @@ struct Energies
   double damping = 0.;  ///< dissipated by contact and local damping since the start [J]
   double friction = 0.; ///< dissipated by sliding since the start [J]
   double released = 0.; ///< elastic energy lost at bond failure since the start [J]
+  double left = 0.;     ///< of particles that left the domain since the start, kinetic and of their bonds and contacts [J]
 };
 } // namespace kerf::dem

@@ -17,6 +17,7 @@ std::string EnergyLedger::fastest_growing(const EnergyLedger &before) const
                                                                               {"released", &EnergyLedger::released},
                                                                               {"interface", &EnergyLedger::interface},
                                                                               {"absorbed", &EnergyLedger::absorbed},
+                                                                              {"left", &EnergyLedger::left},
                                                                               {"boundary work", &EnergyLedger::boundary_work},
                                                                               {"tool work", &EnergyLedger::tool_work},
                                                                               {"conversion", &EnergyLedger::conversion}};

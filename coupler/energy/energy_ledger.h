@@ -19,6 +19,7 @@ struct EnergyLedger
   double damping = 0., friction = 0., released = 0.;
   double interface = 0.; ///< taken by the constraint, without the energy of its springs
   double absorbed = 0.;
+  double left = 0.; ///< with particles that left the domain
   double boundary_work = 0.;
   double tool_work = 0.;       ///< on both sides: force times displacement of the particle or surface point it acts on
   double conversion = 0.;      ///< energy after less energy before, summed over all changes of models
@@ -28,7 +29,7 @@ struct EnergyLedger
   /// Energy of the body now.
   double held() const { return kinetic + finite_step + elastic + coupling; }
   /// Energy that it has lost.
-  double lost() const { return damping + friction + released + interface + absorbed; }
+  double lost() const { return damping + friction + released + interface + absorbed + left; }
   double work() const { return tool_work + boundary_work; }
   /// Error of the balance; round-off when every part is accounted for. Theory (10.3).
   double residual() const { return held() + lost() - initial - work() - conversion; }

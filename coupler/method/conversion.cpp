@@ -28,7 +28,7 @@ ActivationEvent Conversion::audit_before(const std::vector<int> &cells) const
   for (const int cell : cells)
     event.place += cell_centre(fem.mesh(), cell) / static_cast<double>(cells.size());
   const EnergyLedger ledger = energies();
-  event.held_before = ledger.held();
+  event.held_before = ledger.held() + ledger.left;
   event.before = conserved_quantities(fem, dem, ledger, comm);
   return event;
 }
@@ -36,7 +36,7 @@ ActivationEvent Conversion::audit_before(const std::vector<int> &cells) const
 void Conversion::audit_after(ActivationEvent &event) const
 {
   const EnergyLedger ledger = energies();
-  event.held_after = ledger.held();
+  event.held_after = ledger.held() + ledger.left;
   event.after = conserved_quantities(fem, dem, ledger, comm);
 }
 
@@ -66,11 +66,14 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells, const int rel
     added.push_back(particle.index);
   std::vector<int> to_relax = added;
   to_relax.insert(to_relax.end(), reweighted.begin(), reweighted.end());
+  const auto is_held = [this](int index, int axis) { return boundary.role(index).held || boundary.role(index).blocked[axis]; };
   Accelerations accelerations = project_accelerations(fem, packing, to_relax, comm);
   for (auto &[index, acceleration] : accelerations) // none in directions that a boundary condition holds
     for (int c = 0; c < 3; ++c)
-      if (boundary.role(index).held || boundary.role(index).blocked[c])
+      if (is_held(index, c))
         acceleration[c] = 0.;
+
+  take_momentum_of_growth(particles, is_held, fem, dem, packing, overlap, comm);
 
   fem.set_weights(overlap.fe_weights(), overlap.fe_surface_weights());
   dem.insert(particles, broken);

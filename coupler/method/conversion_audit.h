@@ -34,7 +34,7 @@ struct ActivationEvent
   std::int64_t bonds_stored = 0;      ///< number of stored bonds to active particles that this creates; negative: removes
   std::int64_t bonds_born_broken = 0; ///< of them, not created since a particle has left the field, see broken_at_birth()
   ConservedQuantities before, after;
-  double held_before = 0., held_after = 0.; ///< energy held by the model, see EnergyLedger::held() [J]
+  double held_before = 0., held_after = 0.; ///< energy held by the model and by particles that left it, see EnergyLedger [J]
   double stress = 0.;                       ///< root mean square of the stress before, over the cells [Pa]
   double stress_jump = 0.;                  ///< root mean square of the difference between the stresses after and before [Pa]
 };

@@ -298,6 +298,7 @@ EnergyLedger CoupledModel::energies() const
   ledger.friction = particles.friction - on_debris - sums[6]; // without the energy stored in debris contacts
   ledger.released = particles.released;
   ledger.absorbed = continuum.absorbed - sums[4];
+  ledger.left = particles.left;
   ledger.tool_work = sums[2] + continuum.surface[static_cast<int>(fem::SurfaceLoad::tool)];
   ledger.boundary_work = continuum.boundary + sums[3];
   ledger.conversion = conversion_energy;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/engine/install_rock_bond.h"
 
+#include "dem_side/engine/fix_styles.h"
 #include "dem_side/engine/liggghts_instance.h"
 #include "dem_side/engine/rock_bond_loop.h"
 
@@ -35,6 +36,16 @@ struct ModelAccess
 };
 template struct ModelAccess<&LAMMPS_NS::PairGranProxy::impl>;
 
+/// Before LIGGGHTS exchanges particles between ranks, which deletes those outside of the domain.
+class LeaversFix : public LAMMPS_NS::Fix
+{
+public:
+  using Fix::Fix;
+  int setmask() override { return LAMMPS_NS::FixConst::PRE_EXCHANGE; }
+  void setup_pre_exchange() override { find_rock_bond(*lmp)->book_leavers(false); }
+  void pre_exchange() override { find_rock_bond(*lmp)->book_leavers(true); }
+};
+
 IGranularPairStyle *create(LAMMPS_NS::LAMMPS *lmp, LAMMPS_NS::PairGran *gran, std::int64_t hash)
 {
   add_particle_properties(*lmp);
@@ -54,6 +65,8 @@ RockBondStyle &install_rock_bond(LAMMPS_NS::LAMMPS &lmp, const RockBondParameter
     throw std::logic_error("LIGGGHTS did not create the rock bond");
   style->set_parameters(parameters);
   command(lmp, "pair_coeff * *");
+  register_fix(lmp, "kerf/leavers", &make_fix<LeaversFix>);
+  add_fix(lmp, "kerf_leavers all kerf/leavers");
   return *style;
 }
 

@@ -415,12 +415,15 @@ void RockBondLoop<dim>::damp(bool step)
 }
 
 template <int dim>
-double RockBondLoop<dim>::elastic_energy()
+double RockBondLoop<dim>::elastic_energy(const std::set<int> *ends)
 {
+  const int *tag = lmp.atom->tag;
   double energy = 0.;
   for_each_pair(
     [&](int i, int j, PairHistory &history, int &flag)
     {
+      if (ends && !ends->count(tag[i]) && !ends->count(tag[j]))
+        return;
       const OrderedPair pair = ordered(i, j);
       const BondParameters &bond = parameters.bond;
       if (history.state == PairHistory::intact)

@@ -19,7 +19,7 @@ class RockBondLoop : public RockBondStyle
 public:
   RockBondLoop(LAMMPS_NS::LAMMPS &lmp, LAMMPS_NS::PairGran &gran, std::int64_t hash) : RockBondStyle(lmp, gran, hash) {}
   std::vector<ActiveBond> bonds(const std::vector<char> &target) override;
-  double elastic_energy() override;
+  double elastic_energy(const std::set<int> *ends) override;
 
 private:
   using Vector = law::Vector<dim>;

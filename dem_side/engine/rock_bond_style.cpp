@@ -12,6 +12,7 @@
 #include <fix_property_atom.h>
 #include <modify.h>
 #include <neighbor.h>
+#include <numeric>
 #include <stdexcept>
 #include <update.h>
 
@@ -34,6 +35,11 @@ LAMMPS_NS::FixPropertyAtom *find_property(LAMMPS_NS::LAMMPS &lmp, const char *na
   auto *property = dynamic_cast<LAMMPS_NS::FixPropertyAtom *>(lmp.modify->fix[lmp.modify->find_fix(name)]);
   property->just_created = 0; // else the first setup would overwrite the values of inserted particles with the default
   return property;
+}
+
+Eigen::Map<const Eigen::Vector3d> row(double **array, int i)
+{
+  return Eigen::Map<const Eigen::Vector3d>(array[i]);
 }
 } // namespace
 
@@ -258,25 +264,87 @@ std::int64_t RockBondStyle::intact_bond_ends() const
   return ends;
 }
 
-Energies RockBondStyle::energies()
+double RockBondStyle::inertia(int i) const
+{
+  return inertia_factor(lmp.domain->dimension) * lmp.atom->rmass[i] * lmp.atom->radius[i] * lmp.atom->radius[i];
+}
+
+double RockBondStyle::kinetic(int i) const
 {
   const LAMMPS_NS::Atom &atom = *lmp.atom;
-  const double inertia_over_mr2 = inertia_factor(lmp.domain->dimension);
-  const auto square = [](const double *v) { return Eigen::Map<const Eigen::Vector3d>(v).squaredNorm(); };
-  Energies sum;
+  return 0.5 * (atom.rmass[i] * row(atom.v, i).squaredNorm() + inertia(i) * row(atom.omega, i).squaredNorm());
+}
+
+double RockBondStyle::finite_step(int i) const
+{
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  const double dt = parameters.time_step;
+  return -dt * dt / 8. * (row(atom.f, i).squaredNorm() / atom.rmass[i] + row(atom.torque, i).squaredNorm() / inertia(i));
+}
+
+/// kinetic() + finite_step() of the last step, when velocities are those of the half step after it.
+double RockBondStyle::kinetic_over_step(int i) const
+{
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  const double dt = parameters.time_step;
+  return kinetic(i) - 0.5 * dt * (row(atom.f, i).dot(row(atom.v, i)) + row(atom.torque, i).dot(row(atom.omega, i)));
+}
+
+bool RockBondStyle::is_outside(const double *position) const
+{
+  const LAMMPS_NS::Domain &domain = *lmp.domain;
+  for (int c = 0; c < 3; ++c)
+    if (!domain.periodicity[c] && !(position[c] >= domain.boxlo[c] && position[c] < domain.boxhi[c]))
+      return true;
+  return false;
+}
+
+void RockBondStyle::book_leavers(bool moved)
+{
+  LAMMPS_NS::Atom &atom = *lmp.atom;
+  std::vector<int> here;
   for (int i = 0; i < atom.nlocal; ++i)
+    if (is_outside(atom.x[i]) && !leavers.count(atom.tag[i]))
+      here.push_back(i);
+  int n_here = static_cast<int>(here.size()), n_ranks = 1;
+  MPI_Comm_size(lmp.world, &n_ranks);
+  std::vector<int> counts(n_ranks), starts(n_ranks, 0);
+  MPI_Allgather(&n_here, 1, MPI_INT, counts.data(), 1, MPI_INT, lmp.world);
+  std::partial_sum(counts.begin(), counts.end() - 1, starts.begin() + 1);
+  std::vector<int> own, tags(starts.back() + counts.back());
+  if (tags.empty())
+    return;
+  for (const int i : here)
+    own.push_back(atom.tag[i]);
+  MPI_Allgatherv(own.data(), n_here, MPI_INT, tags.data(), counts.data(), starts.data(), MPI_INT, lmp.world);
+  leavers.insert(tags.begin(), tags.end());
+
+  for (const int i : here)
+    dissipation.left += moved ? kinetic_over_step(i) : kinetic(i) + finite_step(i);
+  const double way = moved ? -parameters.time_step : 0.; // ghosts are where the last step left them
+  const std::vector<double> positions(atom.x[0], atom.x[0] + 3 * atom.nlocal);
+  for (int i = 0; i < 3 * atom.nlocal; ++i)
+    atom.x[0][i] += way * atom.v[0][i];
+  const std::set<int> leaving(tags.begin(), tags.end());
+  dissipation.left += elastic_energy(&leaving);
+  std::copy(positions.begin(), positions.end(), atom.x[0]);
+}
+
+Energies RockBondStyle::energies()
+{
+  Energies sum;
+  for (int i = 0; i < lmp.atom->nlocal; ++i)
   {
-    const double mass = atom.rmass[i], inertia = inertia_over_mr2 * mass * atom.radius[i] * atom.radius[i];
-    sum.kinetic += 0.5 * (mass * square(atom.v[i]) + inertia * square(atom.omega[i]));
-    sum.finite_step += square(atom.f[i]) / mass + square(atom.torque[i]) / inertia;
+    sum.kinetic += kinetic(i);
+    sum.finite_step += finite_step(i);
   }
-  sum.finite_step *= -parameters.time_step * parameters.time_step / 8.;
   sum.elastic = lmp.atom->natoms > 0 ? elastic_energy() : 0.;
   sum.damping = dissipation.damping - damping_ahead;
   sum.friction = dissipation.friction;
   sum.released = dissipation.released;
-  static_assert(sizeof(Energies) == 6 * sizeof(double));
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 6, MPI_DOUBLE, MPI_SUM, lmp.world);
+  sum.left = dissipation.left;
+  static_assert(sizeof(Energies) == 7 * sizeof(double));
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 7, MPI_DOUBLE, MPI_SUM, lmp.world);
   return sum;
 }
 } // namespace kerf::dem

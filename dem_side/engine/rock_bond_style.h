@@ -33,6 +33,7 @@ static_assert(sizeof(PairHistory) == pair_history_size * sizeof(double));
 struct Dissipation
 {
   double damping = 0., friction = 0., released = 0.;
+  double left = 0.; ///< energy of the particles that left the domain
 };
 
 struct RockBondParameters
@@ -81,8 +82,15 @@ public:
   double broken_count(int local) const;  ///< bonds of a particle that broke
   std::int64_t intact_bond_ends() const; ///< of this rank: 2 for a bond inside, 1 for one across ranks
   virtual std::vector<ActiveBond> bonds(const std::vector<char> &target) = 0; ///< see DemSide::bonds()
-  virtual double elastic_energy() = 0;                                        ///< of this rank [J]
-  Energies energies();                                                        ///< of all ranks. Collective
+  /// Energy of bonds and contacts [J], the share of this rank. @param ends if given: only of pairs with an end whose tag is
+  /// here
+  virtual double elastic_energy(const std::set<int> *ends = nullptr) = 0;
+  Energies energies(); ///< of all ranks. Collective
+
+  /// Counts the energy of the particles that are outside of the domain, as the energies of the last step have it. Collective.
+  /// @param moved the step has moved the particles already: positions are those of the next step, velocities of the half step
+  /// Theory (10.11)
+  void book_leavers(bool moved);
 
   /// Local damping, which acts on the sum of all forces: after everything else that changes forces.
   void damp_all(bool step);
@@ -130,7 +138,14 @@ private:
   void record_born_broken();
 
   LAMMPS_NS::FixPropertyAtom *rotations, *weights, *broken_counts;
+  bool is_outside(const double *position) const;
+  double inertia(int local) const;           ///< moment of inertia [kg m^2]
+  double kinetic(int local) const;           ///< see Energies::kinetic
+  double finite_step(int local) const;       ///< see Energies::finite_step
+  double kinetic_over_step(int local) const; ///< the sum of both at the last step, from the velocity half a step later
+
   std::vector<int> index;              ///< in the packing, of the local particles
+  std::set<int> leavers;               ///< tags of all particles that left, over all ranks
   std::int64_t bond_ends_at_build = 0; ///< of intact bonds over all ranks
   double damping_ahead = 0.;           ///< part of dissipation.damping that belongs to the next half step [J]
   std::int64_t bond_ends_failed = 0;   ///< of this rank, since the lists were built

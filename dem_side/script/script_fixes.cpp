@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/script/script_fixes.h"
 
+#include "dem_side/engine/fix_styles.h"
 #include "dem_side/engine/install_rock_bond.h"
 #include "dem_side/engine/liggghts_instance.h"
 
@@ -12,35 +13,14 @@
 
 namespace kerf::dem
 {
-namespace
-{
-// LIGGGHTS' table of fix styles is filled when the library is built, and it is private. The language exempts explicit
-// instantiations from access control. This is the one way to add a style without rebuilding the library.
-using FixTable = std::map<std::string, LAMMPS_NS::Fix *(*)(LAMMPS_NS::LAMMPS *, int, char **)>;
-FixTable *&fix_table_of(LAMMPS_NS::Modify &modify);
-template <FixTable *LAMMPS_NS::Modify::*table>
-struct FixTableAccess
-{
-  friend FixTable *&fix_table_of(LAMMPS_NS::Modify &modify) { return modify.*table; }
-};
-template struct FixTableAccess<&LAMMPS_NS::Modify::fix_map>;
-
-template <typename Style>
-LAMMPS_NS::Fix *make_fix(LAMMPS_NS::LAMMPS *lmp, int n_words, char **words)
-{
-  return new Style(lmp, n_words, words);
-}
-} // namespace
-
 std::unique_ptr<ScriptLiggghts> make_script_liggghts(int argc, char **argv, MPI_Comm comm,
                                                      const std::map<std::string, ScriptForceMaker> &forces)
 {
   const StyleWarningsOff quiet;
   auto lmp = std::make_unique<ScriptLiggghts>(argc, argv, comm, forces);
-  FixTable &styles = *fix_table_of(*lmp->modify);
-  styles["kerf/rock_bond"] = &make_fix<RockBondFix>;
+  register_fix(*lmp, "kerf/rock_bond", &make_fix<RockBondFix>);
   for (const auto &[style, maker] : forces)
-    styles[style] = &make_fix<ScriptForceFix>;
+    register_fix(*lmp, style, &make_fix<ScriptForceFix>);
   return lmp;
 }
 

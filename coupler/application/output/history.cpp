@@ -29,6 +29,7 @@ const std::vector<HistoryColumn> &history_columns()
     {"energy_friction", "J", "dissipated", [](Row r) { return r.energy.friction; }},
     {"energy_released", "J", "lost at bond failure", [](Row r) { return r.energy.released; }},
     {"energy_absorbed", "J", "absorbed by absorbing boundaries", [](Row r) { return r.energy.absorbed; }},
+    {"energy_left", "J", "of particles that left the domain", [](Row r) { return r.energy.left; }},
     {"work_boundary", "J", "done by velocity boundaries", [](Row r) { return r.energy.boundary_work; }},
     {"platen_closing", "m", "of the platens since the start; pulled: their opening", [](Row r) { return r.specimen.closing; }},
     {"nominal_stress", "Pa", "force of the platens / area; a disc with the factor of its flats",

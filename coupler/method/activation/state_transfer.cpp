@@ -133,6 +133,34 @@ std::vector<dem::StoredPair> broken_at_birth(const std::vector<dem::NewParticle>
   return broken;
 }
 
+void take_momentum_of_growth(const std::vector<dem::NewParticle> &added, const std::function<bool(int, int)> &is_held,
+                             fem::FemSide &fem, dem::DemSide &dem, const dem::Packing &packing, const Overlap &overlap,
+                             MPI_Comm comm)
+{
+  dem::Particles particles = dem.particles();
+  const std::vector<double> masses = dem.masses_with(added, overlap.de_weights());
+  std::unordered_map<int, int> place; // of the growing particles of this rank, by index in the packing
+  std::vector<int> growing;
+  for (int i = 0; i < particles.n; ++i)
+    if (masses[i] > particles.mass[i])
+    {
+      place[particles.index[i]] = i;
+      growing.push_back(particles.index[i]);
+    }
+  growing = gather_all(growing, MPI_INT, comm);
+  std::sort(growing.begin(), growing.end());
+  for (const dem::NewParticle &field : states_by_field(fem, packing, growing, comm))
+    if (const auto found = place.find(field.index); found != place.end())
+    {
+      const int i = found->second;
+      const double share = 1. - particles.mass[i] / masses[i];
+      for (int c = 0; c < 3; ++c)
+        if (!is_held(field.index, c))
+          particles.velocity(c, i) += share * (field.velocity[c] - particles.velocity(c, i));
+      particles.angular_velocity.col(i) += share * (field.angular_velocity - particles.angular_velocity.col(i));
+    }
+}
+
 std::unordered_map<int, Eigen::Vector3d> project_accelerations(fem::FemSide &fem, const dem::Packing &packing,
                                                                const std::vector<int> &indices, MPI_Comm comm)
 {

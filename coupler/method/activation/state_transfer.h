@@ -5,6 +5,7 @@
 #include "dem_side/dem_side.h"
 #include "fem_side/fem_side.h"
 
+#include <functional>
 #include <unordered_map>
 #include <vector>
 
@@ -28,6 +29,16 @@ std::vector<dem::NewParticle> states_by_field(fem::FemSide &fem, const dem::Pack
 std::vector<dem::StoredPair> broken_at_birth(const std::vector<dem::NewParticle> &particles, fem::FemSide &fem,
                                              const dem::DemSide &dem, const dem::Packing &packing,
                                              const dem::StoredBonds &bonds, MPI_Comm comm);
+
+/// Active particles whose weighted mass grows when @p added particles and the weights of @p overlap come into force take the
+/// new mass from the finite elements, with the velocity that it has there. A particle in the overlap moves with them anyway.
+/// One that has come off the rock does not, and would bring in energy if its mass grew at a velocity of its own. To be called
+/// before the weights change. Collective. Replaces the nodal window of the finite elements.
+/// @param is_held whether a boundary prescribes the velocity of a particle, by index in the packing, along an axis
+/// Theory (7.23)
+void take_momentum_of_growth(const std::vector<dem::NewParticle> &added, const std::function<bool(int, int)> &is_held,
+                             fem::FemSide &fem, dem::DemSide &dem, const dem::Packing &packing, const Overlap &overlap,
+                             MPI_Comm comm);
 
 /// Accelerations f/m of the finite elements at stored particles, at the end of the last step [m/s^2], by index in the packing,
 /// the same on every rank. Collective. Replaces the nodal window of the finite elements.
