@@ -50,7 +50,7 @@ class Numbers(unittest.TestCase):
         ms = time * 1e3
         write_history(self.directory / name, time, {
             "tool_force_y": factor * np.where(ms >= 2., 4e4 + 1e4 * (ms - 2.), 0.), "active_particles": 1000. * ms,
-            "broken_bonds": 10. * ms, "wall_time": 5. * ms})
+            "broken_bonds": 10. * ms, "cpu_time": 5. * ms})
         return History(self.directory / name)
 
     def test_window_and_summary(self):
@@ -63,7 +63,7 @@ class Numbers(unittest.TestCase):
         self.assertAlmostEqual(row["peak_force"] / 1e5, 1., places=12)
         self.assertAlmostEqual(row["mean_active"] / 4000., 1., places=12)
         np.testing.assert_allclose(row["quarters"], [2000., 4000., 6000., 8000.])
-        self.assertAlmostEqual(row["wall_time"], 40.)
+        self.assertAlmostEqual(row["cpu_time"], 40.)
         self.assertAlmostEqual(row["broken_bonds"], 80.)
 
     def test_window_ends_with_the_shortest_run(self):

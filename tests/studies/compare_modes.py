@@ -21,7 +21,7 @@ from results_file import History, Unreadable, first_contact, time_mean  # noqa: 
 
 BEGIN, END = "<!-- modes:begin -->", "<!-- modes:end -->"
 FINISHED = "compare_modes.txt"  # in the results of a mode: the command that finished there
-NEEDED = ("time", "tool_force_y", "active_particles", "broken_bonds", "wall_time")
+NEEDED = ("time", "tool_force_y", "active_particles", "broken_bonds", "cpu_time")
 
 
 def run_mode(command, directory, overwrite):
@@ -56,21 +56,21 @@ def summary(history, start, end):
     time, force, active = history["time"], history["tool_force_y"], history["active_particles"]
     inside = (time >= start) & (time <= end)
     quarters = [active[abs(time - (time[0] + part * (time[-1] - time[0]))).argmin()] for part in (0.25, 0.5, 0.75, 1.)]
-    return {"wall_time": history["wall_time"][-1], "mean_force": time_mean(time, force, start, end),
+    return {"cpu_time": history["cpu_time"][-1], "mean_force": time_mean(time, force, start, end),
             "peak_force": force[inside].max(), "mean_active": time_mean(time, active, time[0], time[-1]),
             "max_active": active.max(), "quarters": quarters, "broken_bonds": history["broken_bonds"][-1]}
 
 
 def table(modes, rows, unit):
     """Markdown table; differences are to the first mode."""
-    lines = [f"| mode | wall time [s] | mean normal force [{unit}] | to {modes[0]} | peak normal force [{unit}] | "
+    lines = [f"| mode | CPU time [s] | mean normal force [{unit}] | to {modes[0]} | peak normal force [{unit}] | "
              "active particles, mean | max | at 25 / 50 / 75 / 100 % of the time | broken bonds |",
              "|---|---:|---:|---:|---:|---:|---:|---:|---:|"]
     reference = rows[0]["mean_force"]
     for mode, row in zip(modes, rows):
         change = f"{100. * (row['mean_force'] / reference - 1.):+.1f} %" if reference else "-"
         quarters = " / ".join(f"{value:.0f}" for value in row["quarters"])
-        lines.append(f"| {mode} | {row['wall_time']:.1f} | {row['mean_force'] / 1e3:.1f} | {change} | "
+        lines.append(f"| {mode} | {row['cpu_time']:.1f} | {row['mean_force'] / 1e3:.1f} | {change} | "
                      f"{row['peak_force'] / 1e3:.1f} | {row['mean_active']:.0f} | {row['max_active']:.0f} | {quarters} | "
                      f"{row['broken_bonds']:.0f} |")
     return "\n".join(lines)

@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
 import kerf_runner  # noqa: E402
 
-TIMES = ("wall_time", "seconds")
+TIMES = ("wall_time", "cpu_time", "seconds")
 SMALL, CUT = ROOT / "tests" / "cases" / "small_cut", ROOT / "cases" / "disc_cutter_2d"
 # Case, mode, ranks, changed parameters.
 RUNS = [(SMALL, mode, ranks, ()) for mode in ("adaptive", "fixed", "dem", "fem") for ranks in (1, 2)]

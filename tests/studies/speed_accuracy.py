@@ -86,7 +86,7 @@ def measure(name, seeds, codes, results, start):
                 row[key][k] = time_mean(history["time"], history["tool_force_y"], begin, history["time"][-1])
     row["peak"] = np.mean([history["tool_force_y"][history["time"] > start].max() for history in histories.values()])
     row["broken"] = np.mean([history["broken_bonds"][-1] for history in histories.values()])
-    row["walls"] = [history["wall_time"][-1] for history in histories.values()]
+    row["walls"] = [history["cpu_time"][-1] for history in histories.values()]
     row["wall"] = np.mean(row["walls"])
     row["active"] = np.mean([time_mean(history["time"], history["active_particles"], 0., history["time"][-1])
                              for history in histories.values()])
@@ -163,7 +163,7 @@ def chart(rows, best, path):
     for k, row in enumerate(failed):
         axis.text(0.98, 0.97 - 0.05 * k, f"failed: {row['name']} ({row['failed']} of {len(row['mean'])} packings)",
                   transform=axis.transAxes, ha="right", va="top", color="#c0392b", fontsize=9)
-    axis.set_xlabel("wall time / wall time of full DEM")
+    axis.set_xlabel("CPU time / CPU time of full DEM")
     axis.set_ylabel("|error of the mean normal force| [%]")
     axis.set_xlim(0., 1.15 * max(row["cost"] for row in able))
     axis.set_ylim(bottom=0.)
@@ -193,7 +193,7 @@ def force_figure(directories, path):
 
 
 def table(rows, best, unit):
-    lines = [f"| setting | wall time [s] | of full DEM | mean normal force [{unit}] | to full DEM | the same of the whole cut | "
+    lines = [f"| setting | CPU time [s] | of full DEM | mean normal force [{unit}] | to full DEM | the same of the whole cut | "
              f"scatter over packings | peak [{unit}] | active particles | broken bonds | |",
              "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---|"]
     for row in rows:

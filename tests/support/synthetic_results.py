@@ -12,7 +12,7 @@ import numpy as np
 
 WIDTH, HEIGHT, CELL, DIAMETER = 0.2, 0.08, 0.004, 0.0012  # rock, cell, mean particle [m]
 TOOL_RADIUS, DEPTH, SPEED, DURATION = 0.1, 0.004, 10., 0.008  # [m], [m], [m/s], [s]
-UNITS = {"step": "1", "time": "s", "tool_force_x": "N", "tool_force_y": "N", "tool_force_z": "N", "wall_time": "s",
+UNITS = {"step": "1", "time": "s", "tool_force_x": "N", "tool_force_y": "N", "tool_force_z": "N", "wall_time": "s", "cpu_time": "s",
          "energy_kinetic": "J", "energy_elastic": "J", "energy_coupling": "J", "work_tool": "J", "work_boundary": "J"}
 COUNTS = ("active_particles", "overlap_particles", "converted_cells", "intact_bonds", "broken_bonds")
 SPREAD = {"adaptive": 0.16, "fixed": 0.2, "dem": 0.25, "fem": 0.}
@@ -34,7 +34,7 @@ def write_history(path, mode, rows):
         "converted_cells": (particles / 8.).round(), "intact_bonds": (2.2 * particles).round(),
         "broken_bonds": (1500. * np.clip(s - 0.15, 0., 1.) * (mode != "fem")).round(),
         "energy_kinetic": 40. * load, "energy_elastic": 160. * load * s, "energy_coupling": 2. * load,
-        "work_tool": 320. * np.clip(s - 0.1, 0., 1.), "work_boundary": 0. * s, "wall_time": WALL_TIME[mode] * s,
+        "work_tool": 320. * np.clip(s - 0.1, 0., 1.), "work_boundary": 0. * s, "wall_time": WALL_TIME[mode] * s, "cpu_time": WALL_TIME[mode] * s,
     }
     with h5py.File(path, "w") as file:
         for name, values in columns.items():

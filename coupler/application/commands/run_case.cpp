@@ -14,6 +14,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
 #include <iomanip>
 #include <memory>
@@ -65,6 +66,7 @@ public:
     n_steps = std::max<std::int64_t>(1, std::llround(std::ceil(problem->settings.end_time / problem->dt - 1e-9)));
     snapshot_interval = std::max<std::int64_t>(1, n_steps / problem->settings.n_snapshots);
     started = MPI_Wtime();
+    cpu_started = std::clock();
     write_row();
     write_fields();
 
@@ -191,6 +193,7 @@ private:
     row.step = model->step();
     row.time = model->time();
     row.wall_time = MPI_Wtime() - started;
+    row.cpu_time = static_cast<double>(std::clock() - cpu_started) / CLOCKS_PER_SEC;
     row.tool_force = model->take_tool_force().mean;
     row.active_particles = model->dem().n_active();
     row.overlap_particles = model->n_overlap_particles();
@@ -324,6 +327,7 @@ private:
   std::int64_t n_steps = 0, snapshot_interval = 1;
   EnergyLedger last_energy; // at the last row
   double started = 0., turnover = 0.;
+  std::clock_t cpu_started = 0;
   std::size_t n_left = 0; // number of particles reported by report_leavers()
   int interrupted = 0;
 };

@@ -45,6 +45,7 @@ const std::vector<HistoryColumn> &history_columns()
     {"energy_conversion", "J", "came in by changes of models", [](Row r) { return r.energy.conversion; }},
     {"energy_residual", "J", "missing in the balance", [](Row r) { return r.energy.residual(); }},
     {"wall_time", "s", "since the first step", [](Row r) { return r.wall_time; }},
+    {"cpu_time", "s", "of the first rank since the first step", [](Row r) { return r.cpu_time; }},
   };
   return columns;
 }

@@ -13,7 +13,7 @@ namespace kerf
 struct HistoryRow
 {
   std::int64_t step = 0;
-  double time = 0., wall_time = 0.;
+  double time = 0., wall_time = 0., cpu_time = 0.;
   Eigen::Vector3d tool_force = Eigen::Vector3d::Zero();
   int active_particles = 0, overlap_particles = 0, converted_cells = 0;
   std::int64_t intact_bonds = 0, broken_bonds = 0;
