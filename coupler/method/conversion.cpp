@@ -8,6 +8,7 @@
 #include "coupler/method/stability/stable_step.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace kerf
@@ -48,7 +49,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells, const int rel
 
   std::vector<std::pair<int, double>> weights; // of tied particles, if the constraint acts on means
   if (constraint.tie() == Tie::mean)
-    for (const TiedParticle &particle : active_ties())
+    for (const TiedParticle &particle : ties)
       weights.emplace_back(particle.index, overlap.de_weights()[particle.index]);
   overlap.convert(cells);
   std::vector<int> reweighted;
@@ -77,9 +78,9 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells, const int rel
 
   fem.set_weights(overlap.fe_weights(), overlap.fe_surface_weights());
   dem.insert(particles, broken);
-  const std::vector<TiedParticle> ties = active_ties();
+  ties = ties_of_rock(broken);
   constraint.set_particles(ties);
-  relax_particles(added, reweighted, ties, accelerations, relaxation_steps);
+  relax_particles(added, reweighted, accelerations, relaxation_steps);
   if (mode == Mode::adaptive)
     monitor.check(fem, overlap, ties, dem.is_active(), cells, dt, constraint);
 
@@ -108,7 +109,7 @@ ActivationEvent Conversion::return_to_continuum(const std::vector<int> &cells)
   event.particles = -static_cast<int>(unused.size());
   event.bonds_stored = -bonds_between(unused);
   dem.remove(unused);
-  const std::vector<TiedParticle> ties = active_ties();
+  ties = ties_of_rock({});
   constraint.set_particles(ties);
   dem.set_weights(overlap.de_weights());
   forces.set_up();
@@ -154,22 +155,35 @@ std::int64_t Conversion::bonds_between(const std::vector<int> &added) const
   return bonds;
 }
 
-/// Tied particles of the present overlap, without those that left the domain.
-std::vector<TiedParticle> Conversion::active_ties() const
+/// Tied particles of the present overlap that are still part of the rock. Those that left the domain are not, nor those without
+/// an intact bond when the bonds @p born_broken are broken, too. A spring that holds such a particle to the place that it came
+/// from would gain energy with its weight. Theory (7.24).
+std::vector<TiedParticle> Conversion::ties_of_rock(const std::vector<dem::StoredPair> &born_broken) const
 {
-  std::vector<TiedParticle> ties;
+  std::vector<int> broken = broken_counts();
+  for (const auto &[first, second] : born_broken)
+  {
+    ++broken[first];
+    ++broken[second];
+  }
+  const auto is_loose = [&](int i)
+  {
+    const auto partners = overlap.bonds().partners_of(i);
+    return broken[i] > 0 &&
+           broken[i] >= std::count_if(partners.begin(), partners.end(), [&](int j) { return dem.is_active()[j]; });
+  };
+  std::vector<TiedParticle> result;
   for (const TiedParticle &particle : boundary.movable(overlap.tied_particles()))
-    if (dem.is_active()[particle.index])
-      ties.push_back(particle);
-  return ties;
+    if (dem.is_active()[particle.index] && !is_loose(particle.index))
+      result.push_back(particle);
+  return result;
 }
 
 /// Sets the weights of the particles and moves the particles of a random packing to equilibrium. The projected field is smooth,
 /// but the equilibrium positions fluctuate about it. Without relaxation the particles would oscillate and overload bonds. The
 /// acceleration of the finite elements is kept, since it belongs to a passing wave. Velocities stay as projected.
 void Conversion::relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted,
-                                 const std::vector<TiedParticle> &ties, const Accelerations &accelerations,
-                                 const int relaxation_steps)
+                                 const Accelerations &accelerations, const int relaxation_steps)
 {
   const Tie tie = constraint.tie();
   // In mode dem without initial stress particles start with bonds free of force.
@@ -189,11 +203,11 @@ void Conversion::relax_particles(const std::vector<int> &added, const std::vecto
     // equilibrium in the new one. The outermost particles lack bonds and are not mass_before. Damaged particles are not
     // mass_before either, because their contacts would treat the displacement as sliding.
     moving.insert(moving.end(), reweighted.begin(), reweighted.end());
-    const std::vector<char> damaged = damaged_particles();
+    const std::vector<int> broken = broken_counts();
     const auto stays = [&](int i)
     {
       const auto partners = overlap.bonds().partners_of(i);
-      return damaged[i] ||
+      return broken[i] > 0 ||
              !std::all_of(partners.begin(), partners.end(), [&](int partner) { return dem.is_active()[partner]; });
     };
     moving.erase(std::remove_if(moving.begin(), moving.end(), stays), moving.end());
@@ -211,18 +225,23 @@ void Conversion::relax_particles(const std::vector<int> &added, const std::vecto
   }
 }
 
-/// Particles with a broken bond, one flag for each index in the packing.
-std::vector<char> Conversion::damaged_particles() const
+/// Number of broken bonds of each particle, by index in the packing, the same on every rank.
+std::vector<int> Conversion::broken_counts() const
 {
   const dem::Particles particles = dem.particles();
   const std::vector<double> damage = dem.damage();
   std::vector<int> local;
   for (int i = 0; i < particles.n && i < static_cast<int>(damage.size()); ++i)
     if (damage[i] > 0.)
-      local.push_back(particles.index[i]);
-  std::vector<char> damaged(packing.size(), 0);
-  for (const int index : gather_all(local, MPI_INT, comm))
-    damaged[index] = 1;
-  return damaged;
+    {
+      const int index = particles.index[i];
+      local.push_back(index);
+      local.push_back(static_cast<int>(std::lround(damage[i] * overlap.bonds().count(index))));
+    }
+  std::vector<int> counts(packing.size(), 0);
+  const std::vector<int> all = gather_all(local, MPI_INT, comm);
+  for (std::size_t k = 0; k < all.size(); k += 2)
+    counts[all[k]] = all[k + 1];
+  return counts;
 }
 } // namespace kerf

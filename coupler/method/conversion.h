@@ -42,6 +42,9 @@ public:
   /// Collective.
   ActivationEvent return_to_continuum(const std::vector<int> &cells);
 
+  /// Particles that the constraint ties to the finite elements since the last change of models.
+  const std::vector<TiedParticle> &tied_particles() const { return ties; }
+
   /// Whether new particles are being relaxed. During relaxation time does not advance and only particles have forces.
   bool relaxing() const { return is_relaxing; }
 
@@ -50,10 +53,10 @@ private:
   void audit_after(ActivationEvent &event) const;
   CellStresses stresses_of(const std::vector<int> &cells, bool of_particles);
   std::int64_t bonds_between(const std::vector<int> &added) const;
-  std::vector<TiedParticle> active_ties() const;
-  void relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted, const std::vector<TiedParticle> &ties,
-                       const Accelerations &accelerations, int relaxation_steps);
-  std::vector<char> damaged_particles() const;
+  std::vector<TiedParticle> ties_of_rock(const std::vector<dem::StoredPair> &born_broken) const;
+  void relax_particles(const std::vector<int> &added, const std::vector<int> &reweighted, const Accelerations &accelerations,
+                       int relaxation_steps);
+  std::vector<int> broken_counts() const;
 
   const ModelSettings &settings;
   Mode mode;
@@ -69,6 +72,7 @@ private:
   Forces forces;
   std::function<EnergyLedger()> energies;
   MPI_Comm comm;
+  std::vector<TiedParticle> ties;
   bool is_relaxing = false;
 };
 } // namespace kerf

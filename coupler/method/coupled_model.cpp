@@ -187,7 +187,7 @@ void CoupledModel::advance(int steps)
   with_runaway_reported([&]
                         { dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); }); });
   if (fem_side.n_active_cells() > 0)
-    debris_contact.find_debris(*dem_side, regions.bonds(), regions.tied_particles());
+    debris_contact.find_debris(*dem_side, regions.bonds(), conversion.tied_particles());
   clock.lap(Part::dem);
 }
 
