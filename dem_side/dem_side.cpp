@@ -393,6 +393,14 @@ void DemSide::set_weights(const Eigen::VectorXd &weight)
   e.is_set_up = false;
 }
 
+void DemSide::keep_contact_forces(const Eigen::VectorXd &weight)
+{
+  if (engine->n_active == 0)
+    return;
+  engine->require_set_up("keep_contact_forces()");
+  engine->style->keep_contact_forces(weight);
+}
+
 std::vector<double> DemSide::masses_with(const std::vector<NewParticle> &added, const Eigen::VectorXd &weight) const
 {
   const Engine &e = *engine;

@@ -49,6 +49,11 @@ public:
   /// a particle that is bonded to one with weight, at the outer end of an overlap. Follow with setup() or compute_forces().
   void set_weights(const Eigen::VectorXd &weight);
 
+  /// Makes the contacts whose weight set_weights(@p weight) will increase softer, so that their forces do not change then. What
+  /// loose particles overlap by has nothing to do with the field of the finite elements, whose weight falls: at the full
+  /// stiffness it would bring in energy. To be called before insert(). Theory (7.24)
+  void keep_contact_forces(const Eigen::VectorXd &weight);
+
   /// Weighted masses [kg] of the particles of this rank, in the order of particles(), that setup() will give them if
   /// insert(@p added) and set_weights(@p weight) are called before.
   std::vector<double> masses_with(const std::vector<NewParticle> &added, const Eigen::VectorXd &weight) const;

@@ -74,6 +74,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells, const int rel
       if (is_held(index, c))
         acceleration[c] = 0.;
 
+  dem.keep_contact_forces(overlap.de_weights());
   take_momentum_of_growth(particles, is_held, fem, dem, packing, overlap, comm);
 
   fem.set_weights(overlap.fe_weights(), overlap.fe_surface_weights());
@@ -157,7 +158,7 @@ std::int64_t Conversion::bonds_between(const std::vector<int> &added) const
 
 /// Tied particles of the present overlap that are still part of the rock. Those that left the domain are not, nor those without
 /// an intact bond when the bonds @p born_broken are broken, too. A spring that holds such a particle to the place that it came
-/// from would gain energy with its weight. Theory (7.24).
+/// from would gain energy with its weight.
 std::vector<TiedParticle> Conversion::ties_of_rock(const std::vector<dem::StoredPair> &born_broken) const
 {
   std::vector<int> broken = broken_counts();

@@ -436,6 +436,28 @@ double RockBondLoop<dim>::elastic_energy(const std::set<int> *ends)
 }
 
 template <int dim>
+void RockBondLoop<dim>::keep_contact_forces(const Eigen::VectorXd &new_weights)
+{
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  for_each_pair(
+    [&](int i, int j, PairHistory &history, int &flag)
+    {
+      const double radii = atom.radius[i] + atom.radius[j];
+      const double distance = (vector<dim>(atom.x[i]) - vector<dim>(atom.x[j])).norm();
+      const double overlap = law::contact_length(radii, history.rest_length) - distance;
+      if (history.state == PairHistory::intact || overlap <= 0.)
+        return;
+      const auto end = [&](int k) { return bond_end(atom.radius[k], new_weights[atom.tag[k] - 1]); };
+      const double share = ordered(i, j).weight / bond_weight(end(i), end(j));
+      if (share >= 1.)
+        return;
+      history.rest_length = distance + share * overlap;
+      vector<dim>(history.vector) *= share;
+      flag = 1;
+    });
+}
+
+template <int dim>
 std::vector<ActiveBond> RockBondLoop<dim>::bonds(const std::vector<char> &target)
 {
   std::vector<ActiveBond> bonds;

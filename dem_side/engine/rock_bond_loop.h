@@ -20,6 +20,7 @@ public:
   RockBondLoop(LAMMPS_NS::LAMMPS &lmp, LAMMPS_NS::PairGran &gran, std::int64_t hash) : RockBondStyle(lmp, gran, hash) {}
   std::vector<ActiveBond> bonds(const std::vector<char> &target) override;
   double elastic_energy(const std::set<int> *ends) override;
+  void keep_contact_forces(const Eigen::VectorXd &new_weights) override;
 
 private:
   using Vector = law::Vector<dim>;

@@ -85,6 +85,8 @@ public:
   /// Energy of bonds and contacts [J], the share of this rank. @param ends if given: only of pairs with an end whose tag is
   /// here
   virtual double elastic_energy(const std::set<int> *ends = nullptr) = 0;
+  /// See DemSide::keep_contact_forces().
+  virtual void keep_contact_forces(const Eigen::VectorXd &new_weights) = 0;
   Energies energies(); ///< of all ranks. Collective
 
   /// Counts the energy of the particles that are outside of the domain, as the energies of the last step have it. Collective.
