@@ -247,6 +247,38 @@ TEST(DemSide, LeaversTakeTheirEnergyAlong)
   }
 }
 
+// Two loose particles overlap by 1 %. Their weight grows from 0.1 to 0.8: force k w o, energy k w o^2/2. With the force kept
+// the overlap counts for an eighth, and so does the energy.
+TEST(DemSide, ContactsKeepTheirForceWhenWeightsGrow)
+{
+  for (const bool kept : {false, true})
+  {
+    Packing packing = two_particles(0.5e-3, 0.5e-3, 1e-3);
+    packing.bonds.clear();
+    Settings s = settings(packing);
+    DemSide dem(s);
+    auto particles = all_particles(packing);
+    const double overlap = 1e-5;
+    particles[1].displacement = -overlap * packing.branch(0, 1).normalized();
+    dem.insert(particles);
+    dem.set_weights(Eigen::VectorXd::Constant(2, 0.1));
+    dem.setup({});
+    const double force = 0.1 * s.bond.k_n * overlap, energy = 0.5 * force * overlap;
+    EXPECT_NEAR(dem.energies().elastic, energy, 1e-10 * energy);
+
+    const Eigen::VectorXd heavier = Eigen::VectorXd::Constant(2, 0.8);
+    if (kept)
+      dem.keep_contact_forces(heavier);
+    dem.set_weights(heavier);
+    dem.setup({});
+    const double growth = kept ? 1. : 8.;
+    EXPECT_NEAR(dem.energies().elastic, (kept ? 1. / 8. : 8.) * energy, 1e-8 * energy);
+    const Particles now = dem.particles();
+    for (int i = 0; i < now.n; ++i)
+      EXPECT_NEAR(now.force.col(i).norm(), growth * force, 1e-8 * force);
+  }
+}
+
 TEST(DemSide, AllParticlesMayLeave)
 {
   Packing packing = two_particles(0.5e-3, 0.5e-3, 1e-3);
