@@ -77,6 +77,14 @@ with tempfile.TemporaryDirectory() as work:
     result, output, log = run(small, "damped", "Bond/Local damping=0.7", mode="dem")
     check("strong damping is warned of", result.returncode == 0 and "damping rules the force" in log, warnings_of(log))
 
+    # Nothing damps. Loose particles next to the front brought in up to 38 % of the work: their mass, their springs and their contacts
+    # grew at the velocity, gap and overlap that they had. The limit is a quarter of the tolerance; 0.2 % are measured.
+    undamped = [f"{part}/Damping ratio=0" for part in ("Bond", "Tool")] + ["Tool/Friction=0", "Packing/Seed=3"]
+    result, output, log = run(small, "undamped", "Coupling/Method=penalty_mass_scaled", *undamped)
+    work_of_tool = kerf_runner.history(output)["work_tool"][-1]
+    check("conversions of an undamped cut create next to nothing",
+          result.returncode == 0 and created(output) < 0.0125 * work_of_tool, f"{created(output):.3f} of {work_of_tool:.1f} J")
+
     # The shipped cut as far as its first chips. A bond to a particle of the overlap that had come off and spun brought in 24 J,
     # while the tool had done 70 J. Half of a per cent of the work is what all events together may create.
     cut = kerf_runner.copy_case(os.path.join(CASES, "disc_cutter_2d"), os.path.join(work, "cut"))
