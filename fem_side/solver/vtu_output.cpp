@@ -66,12 +66,14 @@ void write_vtu_file(const NodalSpace<dim> &space, const std::string &path, const
   const std::vector<LibraryVector> smooth = nodal_vectors(space, content.smooth_stress);
   const std::vector<dealii::DataComponentInterpretation::DataComponentInterpretation> scalars(
     dim, dealii::DataComponentInterpretation::component_is_scalar);
+  std::vector<std::string> stresses; // of stresses
   for (std::size_t k = 0; k < smooth.size(); ++k)
   {
     std::vector<std::string> names;
     for (int c = 0; c < dim; ++c)
       names.push_back(std::string("smooth_stress_") + stress_component<dim>[dim * k + c].first);
     output.add_data_vector(dof_handler, smooth[k], names, scalars);
+    stresses.insert(stresses.end(), names.begin(), names.end());
   }
   std::vector<dealii::Vector<double>> cell_data; // the output keeps references
   cell_data.reserve(content.cell_data.size());
@@ -79,9 +81,14 @@ void write_vtu_file(const NodalSpace<dim> &space, const std::string &path, const
   {
     cell_data.emplace_back(values.data(), values.data() + values.size());
     output.add_data_vector(cell_data.back(), name, dealii::DataOut<dim>::type_cell_data);
+    if (name != "alpha")
+      stresses.push_back(name);
   }
   dealii::DataOutBase::VtkFlags flags;
   flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default takes seven times as long
+  flags.physical_units = {{"displacement", "m"}, {"velocity", "m/s"}, {"alpha", "1"}};
+  for (const std::string &name : stresses)
+    flags.physical_units[name] = "Pa";
   output.set_flags(flags);
   output.build_patches();
   output.write_vtu_in_parallel(path, space.comm);

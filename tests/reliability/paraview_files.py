@@ -8,6 +8,7 @@ three dimensions, disc and platens, the start and later, one rank and two.
 Needs VTK for Python (Debian: python3-vtk9); without it the test is skipped (exit code 77).
 """
 import os
+import re
 import sys
 import tempfile
 import xml.etree.ElementTree
@@ -37,10 +38,17 @@ def check(name, good, detail=""):
         print(f"FAILED  {name} {detail}")
 
 
+# Units by a part of the name; forces are per metre of thickness in the plane.
+UNITS = {"displacement": "m", "radius": "m", "direction": "1", "velocity": "m/s", "stress": "Pa", "alpha": "1", "damage": "1",
+         "weight": "1", "index": "1", "broken": "1", "force": "N/m"}
+
+
 def read(path):
     """Points, types of the cells, points of each cell in a row, arrays of the points and cells."""
     with open(path, "rb") as file:
-        check(path + " has an element of points", b"<Points>" in file.read())  # VTK reads on without one
+        text = file.read()
+    check(path + " has an element of points", b"<Points>" in text)  # VTK reads on without one
+    units = {name.decode(): unit.decode() for name, unit in re.findall(rb'<DataArray [^>]*Name="([^"]*)"[^>]*units="([^"]*)"', text)}
     reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(path)
     reader.Update()
@@ -52,12 +60,17 @@ def read(path):
     arrays = {}
     for data in (grid.GetPointData(), grid.GetCellData()):
         for k in range(data.GetNumberOfArrays()):
-            arrays[data.GetArrayName(k)] = vtk_to_numpy(data.GetArray(k))
+            name = data.GetArrayName(k)
+            arrays[name] = vtk_to_numpy(data.GetArray(k))
+            unit = units.get(name)
+            expected = next((value for key, value in UNITS.items() if key in name), None)
+            check(f"{path} has the unit of {name}", unit is not None and unit == expected, (unit, expected))
     return points, types, cells, arrays
 
 
 def check_time(directory, stamp, dim, tool):
     """The files of one time; single precision is what the files hold."""
+    UNITS["force"] = "N/m" if dim == 2 else "N"
     name = lambda kind: os.path.join(directory, "fields", f"{kind}_{stamp}.vtu")  # noqa: E731
     with h5py.File(os.path.join(directory, "fields", f"snapshot_{stamp}.h5")) as file:
         model = {key: file[key][:] for key in file}

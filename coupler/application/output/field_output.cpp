@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <unordered_map>
 
 namespace kerf
@@ -20,6 +21,9 @@ namespace
 using Range =
   std::tuple<unsigned int, unsigned int, std::string, dealii::DataComponentInterpretation::DataComponentInterpretation>;
 
+using Field = std::pair<std::string, std::string>; // name and unit
+const Field displacement_field = {"displacement", "m"}, velocity_field = {"velocity", "m/s"}, radius_field = {"radius", "m"};
+
 /// Points (dim 0) or lines (dim 1) with data at their ends, for the VTU writer of deal.II.
 template <int dim>
 class Cloud : public dealii::DataOutInterface<dim, 3>
@@ -27,9 +31,11 @@ class Cloud : public dealii::DataOutInterface<dim, 3>
 public:
   using Patch = dealii::DataOutBase::Patch<dim, 3>;
 
-  /// @param names of the data; three of the same name in a row are a vector
-  explicit Cloud(std::vector<std::string> names) : names(std::move(names))
+  /// @param fields names and units of the data; three of the same name in a row are a vector
+  explicit Cloud(const std::vector<Field> &fields) : units(fields.begin(), fields.end())
   {
+    for (const auto &field : fields)
+      names.push_back(field.first);
     for (unsigned int n = 0; n + 2 < this->names.size(); ++n)
       if (this->names[n] == this->names[n + 1] && this->names[n] == this->names[n + 2])
         vectors.push_back({n, n + 2, this->names[n], dealii::DataComponentInterpretation::component_is_part_of_vector});
@@ -61,6 +67,7 @@ public:
     }
     dealii::DataOutBase::VtkFlags flags;
     flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default is many times slower
+    flags.physical_units = units;
     this->set_flags(flags);
     this->write_vtu(file);
   }
@@ -80,7 +87,10 @@ private:
     const auto array = [&](const std::string &type, const std::string &name, int components)
     {
       file << "        <DataArray type=\"" << type << "\" Name=\"" << name << "\" NumberOfComponents=\"" << components
-           << "\" format=\"ascii\"></DataArray>\n";
+           << "\" format=\"ascii\"";
+      if (const auto unit = units.find(name); unit != units.end())
+        file << " units=\"" << unit->second << "\""; // as deal.II does
+      file << "></DataArray>\n";
     };
     file << "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\">\n  <UnstructuredGrid>\n"
             "    <Piece NumberOfPoints=\"0\" NumberOfCells=\"0\">\n      <Points>\n";
@@ -104,6 +114,7 @@ private:
   }
 
   std::vector<std::string> names;
+  std::map<std::string, std::string> units;
   std::vector<Range> vectors;
   std::vector<Patch> patches;
 };
@@ -172,7 +183,8 @@ ParticleFields gather_particles(CoupledModel &model, MPI_Comm comm)
   return fields;
 }
 
-FieldOutput::FieldOutput(const std::string &directory, CoupledModel &model, MPI_Comm comm) : directory(directory), comm(comm)
+FieldOutput::FieldOutput(const std::string &directory, CoupledModel &model, MPI_Comm comm)
+  : directory(directory), comm(comm), dim(model.fem().mesh().dim)
 {
   const int rank = rank_of(comm);
   first_rank = rank == 0;
@@ -205,7 +217,8 @@ void FieldOutput::write(CoupledModel &model)
   if (model.fem().n_active_cells() > 0)
     model.fem().write_vtu(fem_file, {{"stress_measure", measure}});
   else if (first_rank)
-    Cloud<0>({"displacement", "displacement", "displacement", "velocity", "velocity", "velocity"}).write(fem_file);
+    Cloud<0>({displacement_field, displacement_field, displacement_field, velocity_field, velocity_field, velocity_field})
+      .write(fem_file);
   const Eigen::Matrix3Xd displacement = model.fem().gather(fem::NodalField::displacement);
   const ParticleFields fields = gather_particles(model, comm);
   if (!first_rank)
@@ -225,7 +238,8 @@ void FieldOutput::write(CoupledModel &model)
 
 void FieldOutput::write_particles(const ParticleFields &fields, const std::string &stamp) const
 {
-  Cloud<0> cloud({"radius", "damage", "weight", "velocity", "velocity", "velocity", "index"});
+  Cloud<0> cloud(
+    {radius_field, {"damage", "1"}, {"weight", "1"}, velocity_field, velocity_field, velocity_field, {"index", "1"}});
   Eigen::MatrixXd values(7, 1);
   for (Eigen::Index i = 0; i < fields.radius.size(); ++i)
   {
@@ -237,7 +251,8 @@ void FieldOutput::write_particles(const ParticleFields &fields, const std::strin
 
 void FieldOutput::write_bonds(const ParticleFields &fields, const std::string &stamp) const
 {
-  Cloud<1> cloud({"broken", "normal_force", "shear_force"});
+  const char *unit = dim == 2 ? "N/m" : "N";
+  Cloud<1> cloud({{"broken", "1"}, {"normal_force", unit}, {"shear_force", unit}});
   Eigen::Matrix<double, 3, 2> ends;
   Eigen::MatrixXd values(3, 2);
   for (const dem::ActiveBond &bond : fields.bonds)
@@ -268,7 +283,7 @@ void FieldOutput::write_bonds(const ParticleFields &fields, const std::string &s
 
 void FieldOutput::write_disc(const Disc &disc, const std::string &stamp) const
 {
-  Cloud<1> cloud({"radius"});
+  Cloud<1> cloud({radius_field});
   constexpr int n_sides = 180;
   const Eigen::MatrixXd radius = Eigen::MatrixXd::Constant(1, 2, disc.radius);
   const auto rim = [&](double angle, double r, double z)
@@ -292,7 +307,7 @@ void FieldOutput::write_disc(const Disc &disc, const std::string &stamp) const
 /// The faces of a press, a tenth wider than the body on each side: a line in the plane, the rim of a square in space.
 void FieldOutput::write_platens(const std::array<double, 2> &faces, const Box &body, const std::string &stamp) const
 {
-  Cloud<1> cloud({"velocity_direction"});
+  Cloud<1> cloud({Field("velocity_direction", "1")});
   const Eigen::Vector3d margin = 0.1 * (body.upper - body.lower);
   const Eigen::Vector3d lower = body.lower - margin, upper = body.upper + margin;
   for (int platen = 0; platen < 2; ++platen)

@@ -46,6 +46,7 @@ private:
 
   std::string directory;
   MPI_Comm comm;
+  int dim;
   bool first_rank;
   std::vector<std::pair<double, std::string>> stamps; // time, text in file names
 };
