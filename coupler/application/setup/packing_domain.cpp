@@ -105,7 +105,10 @@ PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
     space.volume = closed.volume();
     const double volume_around = dem::box_volume(mesh.dim, around.lower, around.upper);
     if (from_file || space.volume < (1. - 1e-6) * volume_around)
+    {
       space.surface = std::make_shared<dem::SurfaceMesh>(surface);
+      space.shape = closed.moments();
+    }
     else
       space.volume = volume_around;
   }

@@ -14,6 +14,7 @@ struct PackingDomain
   Box box;                                         ///< bounding box [m]
   double volume = 0.;                              ///< [m^3] (2D: [m^2])
   std::shared_ptr<const dem::SurfaceMesh> surface; ///< empty: the region is the box
+  std::vector<double> shape;                       ///< moments of the surface; empty: the region is the box
 };
 
 /// The region inside the surface file of the case. Without a file it is the region of the mesh, as a box if the mesh is a box.
