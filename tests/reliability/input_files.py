@@ -111,8 +111,33 @@ def stores():
         check(f"mean diameter at spread {spread}", abs(mean - 1.) < 0.01, mean)
 
 
+def far_from_the_origin():
+    """A lattice, which does not depend on the place. At 1000 m coordinates have round-off 1e-13 m, 1e-7 of the indentation of
+    some micrometres."""
+    case = small("far")
+    mean = {}
+    for x in (0, 10, 1000):
+        place = sets([f"Packing/File=at_{x}.h5", "Packing/Kind=triangular", f"Mesh/Lower corner={x}, {x}",
+                      f"Mesh/Upper corner={x + 0.048!r}, {x + 0.032!r}", f"Tool/Path=0 {x + 0.024!r} {x + 0.04402!r}; 4e-4 {x + 0.024!r} {x + 0.0433!r}",
+                      "Time/End time=3e-4"])
+        results = os.path.join(work, f"far_{x}")
+        accepted(f"run at {x} m", ["run", case, "--output", results] + place)
+        history = kerf_runner.history(results)
+        mean[x] = sum(history["tool_force_y"]) / len(history["time"])
+        check(f"mean force at {x} m", mean[0] > 1e4 and abs(mean[x] / mean[0] - 1.) < 1e-6, mean[x])
+    for name, more in (("disc", ["Mesh/Shape=disc", "Mesh/Upper corner=1000.048, 0.048", "Boundary/Conditions=x < 1000.01: fixed"]),
+                       ("refined", ["Mesh/Refine=1000 0 1000.01 0.01 1"]),
+                       ("periodic", ["Mesh/Periodic=y", "Mesh/Upper corner=1000.048, 0.036", "Boundary/Conditions=left: fixed"])):
+        accepted(f"{name} mesh at 1000 m", ["run", case, "--output", os.path.join(work, name)] + sets(
+            ["Mesh/Lower corner=1000, 0", "Mesh/Upper corner=1000.048, 0.032", "Tool/Kind=none", f"Packing/File={name}.h5",
+             "Fixed/Region=1000.01 0.01 1000.03 0.04", "Time/End time=2e-6"] + more) + ["--mode", "fixed"])
+    refused("too far from the origin", ["check", case, "--mode", "fem"] + sets(
+        ["Mesh/Lower corner=1e6, 0", "Mesh/Upper corner=1000000.048, 0.032", "Tool/Kind=none"]), "Mesh", "origin", "allowed are", "move it")
+
+
 with tempfile.TemporaryDirectory() as work:
     stores()
+    far_from_the_origin()
 
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)

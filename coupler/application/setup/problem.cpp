@@ -13,6 +13,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
+#include <limits>
 #include <sstream>
 
 namespace kerf
@@ -98,6 +99,25 @@ std::string mismatch(const dem::Packing &packing, const Case &settings, const Pa
   return text.str();
 }
 
+/// Round-off of a coordinate, relative to cells and particles, that leaves forces and contacts as they are near the origin.
+constexpr double largest_round_off = 5e-9;
+
+/// Displacements are differences of coordinates. Far from the origin their last bits are lost.
+void check_distance(const Case &settings, const fem::Mesh &mesh)
+{
+  const double allowed =
+    largest_round_off / std::numeric_limits<double>::epsilon() * std::min(settings.packing.mean_diameter, smallest_edge(mesh));
+  const double furthest = mesh.nodes.cwiseAbs().maxCoeff();
+  if (!(furthest <= allowed))
+  {
+    std::ostringstream text;
+    text << case_path(settings) << ": Mesh: the rock reaches " << furthest
+         << " m away from the origin, more than the coordinates can resolve for its cells and particles; allowed are "
+         << allowed << " m, move it";
+    throw InputError(text.str());
+  }
+}
+
 void check_overlap(const Case &settings, const fem::FemSide &fem)
 {
   const Box box = mesh_box(fem.mesh());
@@ -174,7 +194,9 @@ std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 {
   fem::Settings body = settings.body;
   body.comm = comm;
-  return as_input_error(case_path(settings) + ": Mesh: ", [&] { return fem::make_fem_side(body); });
+  auto fem = as_input_error(case_path(settings) + ": Mesh: ", [&] { return fem::make_fem_side(body); });
+  check_distance(settings, fem->mesh());
+  return fem;
 }
 
 void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, StoreUse use, Console &console,
