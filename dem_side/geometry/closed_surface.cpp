@@ -201,6 +201,30 @@ Vector3d ClosedSurface::area_vector(int facet) const
   return 0.5 * (b - a).cross(m_points[m_facets[facet][2]] - a);
 }
 
+double ClosedSurface::section(double y) const
+{
+  // The divergence theorem in the plane, over the segments in which it cuts the facets.
+  const Vector3d centre = 0.5 * (m_lower + m_upper);
+  double sum = 0.;
+  for (int f = 0; f < n_facets(); ++f)
+  {
+    std::array<Vector3d, 2> ends;
+    int n = 0;
+    for (int k = 0; k < (m_dim == 2 ? 1 : 3); ++k)
+    {
+      const Vector3d &a = m_points[m_facets[f][k]], &b = m_points[m_facets[f][(k + 1) % m_dim]];
+      if ((a[1] < y) != (b[1] < y))
+        ends[n++] = a + (y - a[1]) / (b[1] - a[1]) * (b - a) - centre;
+    }
+    if (n == 0)
+      continue;
+    const Vector3d normal(m_normals[f][0], 0., m_normals[f][2]);
+    sum += m_dim == 2 ? (normal[0] > 0. ? ends[0][0] : -ends[0][0])
+                      : 0.5 * ends[0].dot(normal.normalized()) * (ends[1] - ends[0]).norm();
+  }
+  return sum;
+}
+
 std::vector<double> ClosedSurface::moments() const
 {
   // No two axes or diagonals of a symmetric body have the same position along one of them.

@@ -5,6 +5,7 @@
 usage: input_files.py KERF SMALL_CASE
 """
 import os
+import re
 import sys
 import tempfile
 
@@ -12,7 +13,7 @@ import h5py
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import kerf_runner  # noqa: E402
-from mesh_files import block, squares, write_msh  # noqa: E402
+from mesh_files import block, column, squares, write_msh  # noqa: E402
 
 KERF, SMALL_CASE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 STORE = "packing_random_1000um_seed1.h5"
@@ -135,7 +136,27 @@ def far_from_the_origin():
         ["Mesh/Lower corner=1e6, 0", "Mesh/Upper corner=1000000.048, 0.032", "Tool/Kind=none"]), "Mesh", "origin", "allowed are", "move it")
 
 
+def specimens():
+    """Elastic cells between frictionless platens: force over the own cross-section of a prism gives Young's modulus. The platens are
+    loaded slowly; oscillations make some percent."""
+    case = small("press", lambda text: text.replace("set Radius         = 0.012", "set Kind = platens\n  set Closing speed = 0.1\n  set Friction = 0"))
+    press = [HELD.split("=")[0] + "=", "Fixed/Region=", "Mesh/File=m.msh", "Rock/Young modulus=20e9", "Time/End time=1e-4"]
+
+    def text_of(name, more, *words):
+        run = ["run", case, "--mode", "fem", "--output", os.path.join(work, "press_" + name)] + sets(press + more)
+        return accepted(name, run, *words).stdout
+
+    path = os.path.join(case, "m.msh")
+    write_msh(path, *column(block(4, 4, block(2, 2)), 2e-3, 8, 2e-3), element_type=5)
+    found = re.search(r"E = ([\d.]+) GPa in the middle, ([\d.]+) GPa by force", text_of("column", ["Mesh/Dimension=3"], "uniaxial compression"))
+    check("Young's modulus of an L column", found and abs(float(found[2]) / 20. - 1.) < 0.05, found and found[0])
+    write_msh(path, *squares(block(6, 6, [(0, 0), (5, 0), (0, 5), (5, 5)]), 4e-3))
+    text = text_of("body of another form", [], "no prism", "by force and cross-section at mid-height, 0.024")
+    check("no name of a test", "compression" not in text.split("no prism")[1].split("energy")[0] and "Brazilian" not in text)
+
+
 with tempfile.TemporaryDirectory() as work:
+    specimens()
     stores()
     far_from_the_origin()
 

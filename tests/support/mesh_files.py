@@ -21,6 +21,14 @@ def block(n_x, n_y, without=()):
     return [(i, j) for i in range(n_x) for j in range(n_y) if (i, j) not in set(without)]
 
 
+def column(present, size, layers, height):
+    """Hexahedra (gmsh type 5) over squares of the plane (z, x), in layers along y."""
+    flat, squares_of = squares(present, size)
+    nodes = [(x, k * height, z) for k in range(layers + 1) for z, x in flat]
+    cells = [[n + k * len(flat) for n in cell] + [n + (k + 1) * len(flat) for n in cell] for k in range(layers) for cell in squares_of]
+    return nodes, cells
+
+
 def write_msh(path, nodes, cells, lines=(), tags=2, element_type=3):
     """Version 2.2, text. lines: (node, node, physical number), counted from 0."""
     with open(path, "w") as file:

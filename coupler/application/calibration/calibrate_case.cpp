@@ -183,7 +183,7 @@ private:
     const auto problem = set_up_problem(settings, Mode::dem, silent, MPI_COMM_SELF);
     CoupledModel model(problem->settings, Mode::dem, *problem->fem, problem->packing, problem->dt, MPI_COMM_SELF);
     model.start();
-    const SpecimenGauge gauge(problem->settings, problem->fem->mesh(), problem->packing, MPI_COMM_SELF);
+    const SpecimenGauge gauge(problem->settings, problem->specimen, problem->packing, MPI_COMM_SELF);
     SpecimenRecord record;
     const int interval = std::max(1, static_cast<int>(settings.end_time / (200. * longest(test)) / problem->dt));
     while (model.time() < settings.end_time && !record.fell_below(settings.stop_below))

@@ -288,8 +288,12 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
     console.message(notice);
   problem->fem = build_fem(settings, comm);
   const Box body = mesh_box(problem->fem->mesh());
-  problem->settings.tool.lower = body.lower[1];
-  problem->settings.tool.upper = body.upper[1];
+  if (settings.tool.kind == ToolKind::platens)
+  {
+    problem->specimen = find_specimen(settings, problem->fem->mesh(), mode);
+    problem->settings.tool.lower = problem->specimen.box.lower[1];
+    problem->settings.tool.upper = problem->specimen.box.upper[1];
+  }
   if (mode == Mode::adaptive || mode == Mode::fixed)
   {
     check_overlap(settings, *problem->fem);

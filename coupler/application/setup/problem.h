@@ -3,6 +3,7 @@
 
 #include "coupler/application/case_file/case_file.h"
 #include "coupler/application/output/console.h"
+#include "coupler/application/output/specimen_gauge.h"
 #include "coupler/method/coupled_model.h"
 #include "coupler/method/stability/stable_step.h"
 
@@ -17,6 +18,7 @@ struct Problem
   Case settings; ///< with k_n, k_t of the store
   std::unique_ptr<fem::FemSide> fem;
   dem::Packing packing;
+  Specimen specimen;                      ///< between platens
   std::unique_ptr<Constraint> constraint; ///< for the CoupledModel; refers to the packing
   StableSteps stable;
   double dt = 0.;

@@ -29,6 +29,19 @@ std::string error_of(int dim, const SurfaceMesh &mesh)
 }
 } // namespace
 
+TEST(ClosedSurface, CrossSections)
+{
+  const ClosedSurface flat(2, test::l_shape(2.), 0.5), prism(3, test::l_prism(2., 0.7), 0.5);
+  EXPECT_NEAR(flat.section(0.3), 2., 1e-14);
+  EXPECT_NEAR(flat.section(1.5), 1., 1e-14);
+  EXPECT_NEAR(prism.section(0.3), 2. * 0.7, 1e-14);
+  EXPECT_NEAR(prism.section(1.5), 1. * 0.7, 1e-14);
+  EXPECT_EQ(prism.section(2.5), 0.);
+  // A circle; the polygon of the facets, whose edges are 0.05, is smaller by some 1e-4.
+  const ClosedSurface ball(3, test::sphere(4, 2., {1., 5., -3.}), 0.5);
+  EXPECT_NEAR(ball.section(6.), std::acos(-1.) * 3., 2e-2);
+}
+
 TEST(ClosedSurface, MomentsAreThoseOfTheBody)
 {
   // The L shape is symmetric about its diagonal. Mean of u.x over it, from its three squares: by the centre (5/6, 5/6) of area,
