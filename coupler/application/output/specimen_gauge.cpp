@@ -23,7 +23,8 @@ double flattened_disc_factor(double half_angle)
 
 SpecimenGauge::SpecimenGauge(const ModelSettings &settings, const Specimen &specimen, const dem::Packing &packing,
                              MPI_Comm comm)
-  : dim(settings.body.dim), sense(settings.tool.pulls() ? -1. : 1.), packing(packing), comm(comm), body(specimen.box), area(specimen.section)
+  : dim(settings.body.dim), sense(settings.tool.pulls() ? -1. : 1.), packing(packing), comm(comm), body(specimen.box),
+    area(specimen.section)
 {
   if (specimen.form == Specimen::Form::disc)
     area *= 0.5 * M_PI / flattened_disc_factor(specimen.flat_angle);
@@ -215,9 +216,9 @@ std::string specimen_text(const Specimen &specimen, bool pulls, const SpecimenRe
     text << "Brazilian test: k 2 P/(pi D t) = " << result.strength / 1e6
          << " MPa at the peak, k = " << flattened_disc_factor(specimen.flat_angle) << " for its flats";
   else
-    text << (pulls ? "direct tension" : "uniaxial compression") << ": E = " << result.young / 1e9
-         << " GPa in the middle, " << result.nominal_young / 1e9 << " GPa by force and cross-section, nu = " << result.poisson
-         << ", peak " << result.strength / 1e6 << " MPa at a strain of " << result.peak_strain;
+    text << (pulls ? "direct tension" : "uniaxial compression") << ": E = " << result.young / 1e9 << " GPa in the middle, "
+         << result.nominal_young / 1e9 << " GPa by force and cross-section, nu = " << result.poisson << ", peak "
+         << result.strength / 1e6 << " MPa at a strain of " << result.peak_strain;
   text << "; " << 100. * result.linear_broken << " % of the broken bonds broke before 70 % of the peak"
        << (result.peak_passed ? "" : "; the peak is not passed yet");
   return text.str();
