@@ -21,7 +21,8 @@ public:
   const Eigen::Vector3d &upper() const { return m_upper; }
   bool is_periodic(int axis) const { return m_periodic[axis]; } ///< no walls normal to this axis
   double volume() const;                                        ///< [m^3] (2D: [m^2])
-  double area() const;                                          ///< of the walls [m^2] (2D: [m])
+  std::vector<double> shape() const { return m_surface ? m_surface->moments() : std::vector<double>(); }
+  double area() const; ///< of the walls [m^2] (2D: [m])
   bool contains(const Eigen::Vector3d &x) const;
 
   /// A wall close to a particle.

@@ -13,7 +13,8 @@ namespace kerf::dem
 namespace
 {
 constexpr double largest_overlap = 1e-3;    ///< between particles of the finished packing [mean radii]
-constexpr double diameter_tolerance = 5e-3; ///< of the mean diameter
+constexpr double diameter_tolerance = 5e-3; ///< of the mean diameter after the compaction
+constexpr double clean_up_tolerance = 1e-2; ///< of the mean diameter of the finished packing
 
 void check_periodic(const PackingSettings &settings, std::ostringstream &error)
 {
@@ -224,26 +225,11 @@ void compact(Packing &packing, const PackingSettings &settings, const Container 
     packing.positions.col(i) = packing.wrapped(packing.positions.col(i));
   packing.radii = compaction.radii();
 }
-} // namespace
 
-void generate_random(Packing &packing, const PackingSettings &settings, const Container &container, const Progress &progress)
+/// Removes overlaps and particles that hold nothing, grows rattlers until they are held, and bonds. Throws
+/// std::invalid_argument when more than few particles are removed.
+void clean_up(Packing &packing, const PackingSettings &settings, const Container &container)
 {
-  // The solid fraction at jamming decides the diameter. When the estimate was not good enough, the next attempt corrects it.
-  double fraction = expected_fraction(settings, container);
-  const int attempts = 3;
-  for (int attempt = 0; attempt < attempts; ++attempt)
-  {
-    const auto share = [&](double done, const std::string &text)
-    {
-      if (progress)
-        progress(attempt == 0 ? 0.9 * done : 0.9 + 0.05 * (attempt - 1 + done), text); // mostly there is only one attempt
-    };
-    compact(packing, settings, container, fraction, share);
-    const double factor = mean(packing.radii) / (settings.mean_diameter / 2.);
-    if (std::abs(factor - 1.) <= diameter_tolerance)
-      break;
-    fraction *= std::pow(factor, packing.dim);
-  }
   for (int round = 0; round < 3; ++round)
   {
     if (container.is_box())
@@ -267,6 +253,42 @@ void generate_random(Packing &packing, const PackingSettings &settings, const Co
           << settings.gap_tolerance << "; use a larger one";
     throw std::invalid_argument(error.str());
   }
+}
+} // namespace
+
+void generate_random(Packing &packing, const PackingSettings &settings, const Container &container, const Progress &progress)
+{
+  const double wanted = settings.mean_diameter / 2.;
+  // The solid fraction at jamming decides the diameter. When the estimate was not good enough, the next attempt corrects it.
+  double fraction = expected_fraction(settings, container), growth = 1.;
+  int attempt = 0;
+  const auto approach = [&]
+  {
+    for (int k = 0; k < 3; ++k, ++attempt)
+    {
+      const auto share = [&](double done, const std::string &text)
+      {
+        if (progress)
+          progress(attempt == 0 ? 0.9 * done : 0.9 + 0.1 * (1. - std::pow(0.6, attempt - 1 + done)), text); // mostly one
+      };
+      compact(packing, settings, container, fraction, share);
+      const double factor = growth * mean(packing.radii) / wanted;
+      if (std::abs(factor - 1.) <= diameter_tolerance)
+        break;
+      fraction *= std::pow(factor, packing.dim);
+    }
+  };
+  approach();
+  const double compacted = mean(packing.radii);
+  clean_up(packing, settings, container);
+  // In wide distributions small particles rattle in the gaps between the large ones. They grow or are removed.
+  if (const double factor = mean(packing.radii) / wanted; std::abs(factor - 1.) > clean_up_tolerance)
+  {
+    growth = mean(packing.radii) / compacted;
+    fraction *= std::pow(factor, packing.dim);
+    approach();
+    clean_up(packing, settings, container);
+  }
   packing.mean_diameter = 2. * mean(packing.radii);
 }
 
@@ -282,6 +304,8 @@ Packing generate_packing(const PackingSettings &requested, const Progress &progr
   packing.lower = container.lower();
   packing.upper = container.upper();
   packing.volume_filled = container.volume();
+  packing.asked = {settings.mean_diameter, settings.radius_spread, settings.gap_tolerance};
+  packing.shape = container.shape();
   for (int c = 0; c < packing.dim; ++c)
     packing.periodic[c] = settings.periodic[c] ? packing.upper[c] - packing.lower[c] : 0.;
   if (settings.kind == "random")

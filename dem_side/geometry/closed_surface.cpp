@@ -201,6 +201,66 @@ Vector3d ClosedSurface::area_vector(int facet) const
   return 0.5 * (b - a).cross(m_points[m_facets[facet][2]] - a);
 }
 
+double ClosedSurface::section(double y) const
+{
+  // The divergence theorem in the plane, over the segments in which it cuts the facets.
+  const Vector3d centre = 0.5 * (m_lower + m_upper);
+  double sum = 0.;
+  for (int f = 0; f < n_facets(); ++f)
+  {
+    std::array<Vector3d, 2> ends;
+    int n = 0;
+    for (int k = 0; k < (m_dim == 2 ? 1 : 3); ++k)
+    {
+      const Vector3d &a = m_points[m_facets[f][k]], &b = m_points[m_facets[f][(k + 1) % m_dim]];
+      if ((a[1] < y) != (b[1] < y))
+        ends[n++] = a + (y - a[1]) / (b[1] - a[1]) * (b - a) - centre;
+    }
+    if (n == 0)
+      continue;
+    const Vector3d normal(m_normals[f][0], 0., m_normals[f][2]);
+    sum += m_dim == 2 ? (normal[0] > 0. ? ends[0][0] : -ends[0][0])
+                      : 0.5 * ends[0].dot(normal.normalized()) * (ends[1] - ends[0]).norm();
+  }
+  return sum;
+}
+
+std::vector<double> ClosedSurface::moments() const
+{
+  // No two axes or diagonals of a symmetric body have the same position along one of them.
+  static const std::array<Vector3d, 5> directions = {
+    {{0.61, 0.28, 0.11}, {-0.23, 0.52, 0.25}, {0.17, -0.34, 0.49}, {-0.41, -0.13, 0.46}, {0.37, -0.57, -0.06}}};
+  constexpr int n_powers = 7;
+  const Vector3d centre = 0.5 * (m_lower + m_upper);
+  const double half = 0.5 * (m_upper - m_lower).maxCoeff();
+  std::vector<double> result;
+  for (const Vector3d &direction : directions)
+  {
+    std::array<double, n_powers> sum{};
+    for (int f = 0; f < n_facets(); ++f)
+    {
+      // The simplex of the centre, where the position is 0, and the facet. Its volume has a sign.
+      std::array<double, n_powers + 1> h{{1.}}; // complete homogeneous symmetric polynomials of the corners' positions
+      for (int k = 0; k < m_dim; ++k)
+      {
+        const double s = direction.dot(m_points[m_facets[f][k]] - centre) / half;
+        for (int q = 1; q <= n_powers; ++q)
+          h[q] += s * h[q - 1];
+      }
+      const double volume = (m_points[m_facets[f][0]] - centre).dot(area_vector(f)) / m_dim;
+      double factor = 1.; // q! d! / (q + d)!
+      for (int q = 1; q <= n_powers; ++q)
+      {
+        factor *= double(q) / (q + m_dim);
+        sum[q - 1] += volume * factor * h[q];
+      }
+    }
+    for (const double value : sum)
+      result.push_back(value / m_volume);
+  }
+  return result;
+}
+
 void ClosedSurface::compute_normals()
 {
   m_normals.resize(n_facets());

@@ -48,6 +48,12 @@ public:
   const Eigen::Vector3d &upper() const { return m_upper; }
   double volume() const { return m_volume; } ///< enclosed volume [m^3] (2D: area [m^2])
   double area() const { return m_area; }     ///< of the surface [m^2] (2D: length [m])
+  /// Area of the cross-section normal to y at this height [m^2] (2D: its length [m]).
+  double section(double y) const;
+  /// Means of the powers 1 to 7 of the position along five fixed directions over the enclosed volume, relative to the bounding
+  /// box, each in [-1, 1]. Two surfaces around the same body have the same numbers but for round-off, whatever their facets.
+  /// Theory (11.18).
+  std::vector<double> moments() const;
   double reach() const { return m_reach; }
   int n_facets() const { return static_cast<int>(m_facets.size()); }
 

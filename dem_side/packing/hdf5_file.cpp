@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <hdf5.h>
 #include <stdexcept>
+#include <type_traits>
 
 namespace kerf
 {
@@ -173,6 +174,8 @@ Hdf5Reader::Hdf5Reader(const std::string &path) : m_path(path)
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored))
     fail("does not exist");
+  if (!std::filesystem::is_regular_file(path, ignored))
+    fail("is not a file");
   if (H5Fis_hdf5(path.c_str()) <= 0)
     fail("is not an HDF5 file, or cannot be read");
   m_file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
@@ -271,6 +274,11 @@ std::vector<Number> Hdf5Reader::get_table(const std::string &name, std::int64_t 
   const bool fits = (rank == 1 || rank == 2) && H5Sget_simple_extent_dims(space, size, nullptr) >= 0 && size[1] == columns;
   if (!fits)
     fail("data set '" + name + "' must have " + std::to_string(columns) + (columns == 1 ? " column" : " columns"));
+  // A damaged file may announce any size; compression saves less than a factor of 1100.
+  if (size[0] > 1100 * std::filesystem::file_size(m_path))
+    fail("data set '" + name + "' is larger than its file");
+  if (std::is_integral<Number>::value && H5Tget_class(Handle(H5Dget_type(table))) != H5T_INTEGER)
+    fail("data set '" + name + "' does not hold whole numbers");
   std::vector<Number> values(size[0] * columns);
   if (!values.empty() && H5Dread(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
     fail("data set '" + name + "' cannot be read as numbers");

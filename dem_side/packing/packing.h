@@ -66,6 +66,15 @@ struct Lattice
   }
 };
 
+/// PackingSettings that a packing attains approximately, as they were asked for. Not a number: the store is of a version that
+/// did not write them.
+struct AskedSettings
+{
+  double mean_diameter = std::numeric_limits<double>::quiet_NaN(); ///< [m]
+  double radius_spread = std::numeric_limits<double>::quiet_NaN(); ///< [-]
+  double gap_tolerance = std::numeric_limits<double>::quiet_NaN(); ///< [-]
+};
+
 /// [m^3], in two dimensions [m^2].
 double box_volume(int dim, const Eigen::Vector3d &lower, const Eigen::Vector3d &upper);
 
@@ -81,10 +90,12 @@ struct Packing
   Eigen::Vector3d lower, upper; ///< filled box, or bounding box of the filled surface [m]
   /// Length of the box along its periodic axes, 0 along the others [m].
   Eigen::Vector3d periodic = Eigen::Vector3d::Zero();
-  Lattice lattice;                       ///< settings of a lattice
-  double volume_filled = 0.;             ///< [m^3] (2D: [m^2]); 0: the box
-  Eigen::Matrix3Xd positions;            ///< centres [m]
-  Eigen::VectorXd radii;                 ///< [m]
+  Lattice lattice; ///< settings of a lattice
+  AskedSettings asked;
+  std::vector<double> shape;  ///< ClosedSurface::moments() of the filled surface; empty: a box, or a store without them
+  double volume_filled = 0.;  ///< [m^3] (2D: [m^2]); 0: the box
+  Eigen::Matrix3Xd positions; ///< centres [m]
+  Eigen::VectorXd radii;      ///< [m]
   std::vector<std::array<int, 2>> bonds; ///< index pairs, first < second, sorted, without duplicates
   ElasticCalibration calibration;
   PackingQuality quality; ///< measured when the packing was generated
@@ -132,7 +143,9 @@ Packing generate_packing(const PackingSettings &settings, const Progress &progre
 /// Bonds every pair with a gap below @p gap_tolerance times the mean radius of all particles. Theory (11.5).
 void bond_by_gap(Packing &packing, double gap_tolerance);
 
-/// The store is an HDF5 file; for its errors see Hdf5Writer and Hdf5Reader.
+/// The store is an HDF5 file; for its errors see Hdf5Writer and Hdf5Reader. Every value that is read is within its range: all
+/// numbers are finite, the box has an extent, particles lie in it and hardly overlap, bonds are as long as the gap tolerance
+/// allows.
 void save_packing(const Packing &packing, const std::string &path);
 Packing load_packing(const std::string &path);
 } // namespace kerf::dem

@@ -4,6 +4,7 @@
 #include <deal.II/numerics/rtree.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -18,15 +19,17 @@ constexpr double face_tolerance = 2e-9;
 template <int dim>
 bool invert(const q1::NodalValues<dim> &X, const q1::Point<dim> &point, q1::Point<dim> &xi)
 {
+  // Far from the origin the last bit of a coordinate is more than the smallest step.
+  const double round_off = 8. * std::numeric_limits<double>::epsilon() * X.cwiseAbs().maxCoeff();
   xi.setZero();
   for (int i = 0; i < 20; ++i)
   {
-    const Eigen::Matrix<double, dim, dim> J = X * q1::shape_derivatives<dim>(xi);
-    const q1::Point<dim> step = J.inverse() * (point - X * q1::shape_values<dim>(xi));
+    const Eigen::Matrix<double, dim, dim> inverse = (X * q1::shape_derivatives<dim>(xi)).inverse();
+    const q1::Point<dim> step = inverse * (point - X * q1::shape_values<dim>(xi));
     if (!step.allFinite() || step.norm() > 1e3)
       return false;
     xi += step;
-    if (step.norm() < 1e-12)
+    if (step.norm() < std::max(1e-12, round_off * inverse.norm()))
       return true;
   }
   return false;

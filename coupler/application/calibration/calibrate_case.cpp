@@ -158,7 +158,7 @@ private:
         const Case settings = specimen(job / 2, job % 2 == 0 ? Test::compression : Test::brazilian, bond);
         Console silent(false);
         dem::Packing packing;
-        build_packing(settings, *build_fem(settings, MPI_COMM_SELF), packing, silent, MPI_COMM_SELF);
+        build_packing(settings, *build_fem(settings, MPI_COMM_SELF), packing, StoreUse::recalibrated, silent, MPI_COMM_SELF);
       }
     }
     catch (const std::exception &exception)
@@ -183,7 +183,7 @@ private:
     const auto problem = set_up_problem(settings, Mode::dem, silent, MPI_COMM_SELF);
     CoupledModel model(problem->settings, Mode::dem, *problem->fem, problem->packing, problem->dt, MPI_COMM_SELF);
     model.start();
-    const SpecimenGauge gauge(problem->settings, problem->fem->mesh(), problem->packing, MPI_COMM_SELF);
+    const SpecimenGauge gauge(problem->settings, problem->specimen, problem->packing, MPI_COMM_SELF);
     SpecimenRecord record;
     const int interval = std::max(1, static_cast<int>(settings.end_time / (200. * longest(test)) / problem->dt));
     while (model.time() < settings.end_time && !record.fell_below(settings.stop_below))
@@ -312,7 +312,7 @@ int calibrate_case(const RunOptions &options, MPI_Comm comm)
   const Case settings = read_case(options.case_directory, overrides);
   const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);
   dem::Packing store;
-  build_packing(settings, *fem, store, console, comm);
+  build_packing(settings, *fem, store, StoreUse::recalibrated, console, comm);
   console.message(packing_summary(store));
 
   Press press(settings, comm);

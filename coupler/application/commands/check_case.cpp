@@ -113,7 +113,7 @@ int pack_case(const RunOptions &options, MPI_Comm comm)
   const Case settings = read_case(options.case_directory, options.overrides);
   const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);
   dem::Packing packing;
-  build_packing(settings, *fem, packing, console, comm);
+  build_packing(settings, *fem, packing, StoreUse::recalibrated, console, comm);
   console.message(settings.packing_file + "\n" + packing_summary(packing));
   return 0;
 }

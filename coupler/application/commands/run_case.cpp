@@ -60,7 +60,7 @@ public:
       for (const ActivationEvent &event : model->events())
         activations->add(event);
     if (problem->settings.tool.kind == ToolKind::platens)
-      gauge = std::make_unique<SpecimenGauge>(problem->settings, problem->fem->mesh(), problem->packing, comm);
+      gauge = std::make_unique<SpecimenGauge>(problem->settings, problem->specimen, problem->packing, comm);
     damage = std::make_unique<DamageWatch>(*model, problem->settings.activation.check_interval, comm);
     fields = std::make_unique<FieldOutput>(directory, *model, comm);
     n_steps = std::max<std::int64_t>(1, std::llround(std::ceil(problem->settings.end_time / problem->dt - 1e-9)));
@@ -298,7 +298,7 @@ private:
          << " left the domain; bonds " << model->dem().n_bonds_intact() << " intact, " << model->dem().n_bonds_broken()
          << " broken (" << born_broken << " born broken); cells converted " << model->overlap().n_converted();
     if (gauge)
-      text << '\n' << specimen_text(problem->settings, record.result(problem->settings.dim()));
+      text << '\n' << specimen_text(problem->specimen, problem->settings.tool.pulls(), record.result(problem->settings.dim()));
     RunFigures figures = damage->figures();
     figures.turnover = turnover;
     const EnergyLedger &energy = figures.energy;

@@ -12,11 +12,6 @@ namespace kerf
 {
 using Eigen::Vector3d;
 
-bool is_brazilian(const ModelSettings &settings)
-{
-  return settings.body.mesh.gmsh_file.empty() && settings.body.mesh.shape == fem::MeshShape::disc;
-}
-
 double flattened_disc_factor(double half_angle)
 {
   if (half_angle == 0.)
@@ -26,14 +21,14 @@ double flattened_disc_factor(double half_angle)
   return std::pow(tension + compression, 2) / (8. * (compression - tension) * spread);
 }
 
-SpecimenGauge::SpecimenGauge(const ModelSettings &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm)
-  : dim(settings.body.dim), sense(settings.tool.pulls() ? -1. : 1.), packing(packing), comm(comm), body(mesh_box(mesh))
+SpecimenGauge::SpecimenGauge(const ModelSettings &settings, const Specimen &specimen, const dem::Packing &packing,
+                             MPI_Comm comm)
+  : dim(settings.body.dim), sense(settings.tool.pulls() ? -1. : 1.), packing(packing), comm(comm), body(specimen.box),
+    area(specimen.section)
 {
-  const Vector3d extent = body.upper - body.lower;
-  const double thickness = dim == 3 ? extent[2] : 1.;
-  area = extent[0] * thickness;
-  if (is_brazilian(settings))
-    area *= 0.5 * M_PI / flattened_disc_factor(settings.body.mesh.flat_angle);
+  if (specimen.form == Specimen::Form::disc)
+    area *= 0.5 * M_PI / flattened_disc_factor(specimen.flat_angle);
+  make_window(specimen);
 }
 
 /// Margin that is left out at either side [m]. It is at least three diameters, where a packing is less dense than inside. The
@@ -56,32 +51,56 @@ bool SpecimenGauge::inside(const Vector3d &reference) const
   return true;
 }
 
-/// Weighted mean of f (x) l over the middle of the specimen. The weight decreases to zero over a quarter of the width at the
-/// borders, so the result depends little on bonds that cross them.
-double SpecimenGauge::virial_stress(const CoupledModel &model) const
+/// The weight decreases to zero over a quarter of the width at the borders, so the stress depends little on bonds that cross
+/// them.
+void SpecimenGauge::make_window(const Specimen &specimen)
 {
-  Vector3d lower = body.lower, upper = body.upper;
-  double integral = 1.;
+  window_box = body;
+  window_integral = 1.;
   for (int c = 0; c < dim; ++c)
   {
     const double margin = this->margin(c, c == 1 ? 0.2 : 0.08);
-    lower[c] += margin;
-    upper[c] -= margin;
-    integral *= 0.75 * (upper[c] - lower[c]);
+    window_box.lower[c] += margin;
+    window_box.upper[c] -= margin;
+    window_integral *= 0.75 * (window_box.upper[c] - window_box.lower[c]);
   }
-  const auto window = [&](const Vector3d &x)
-  {
-    double value = 1.;
-    for (int c = 0; c < dim; ++c)
-      value *= std::clamp(std::min(x[c] - lower[c], upper[c] - x[c]) / (0.25 * (upper[c] - lower[c])), 0., 1.);
-    return value;
-  };
+  if (!specimen.contains)
+    return;
+  // Of a body that does not fill its box, the part of the window that is inside, by the midpoints of equal cells.
+  const int n = dim == 2 ? 200 : 50;
+  double inside = 0., all = 0.;
+  for (int z = 0; z < (dim == 3 ? n : 1); ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+      {
+        const Vector3d share((x + 0.5) / n, (y + 0.5) / n, dim == 3 ? (z + 0.5) / n : 0.);
+        const Vector3d place = window_box.lower + share.cwiseProduct(window_box.upper - window_box.lower);
+        const double weight = window(place);
+        all += weight;
+        inside += specimen.contains(place) ? weight : 0.;
+      }
+  window_integral *= inside / all;
+}
+
+double SpecimenGauge::window(const Vector3d &place) const
+{
+  double value = 1.;
+  for (int c = 0; c < dim; ++c)
+    value *= std::clamp(std::min(place[c] - window_box.lower[c], window_box.upper[c] - place[c]) /
+                          (0.25 * (window_box.upper[c] - window_box.lower[c])),
+                        0., 1.);
+  return value;
+}
+
+/// Weighted mean of f (x) l over the middle of the specimen.
+double SpecimenGauge::virial_stress(const CoupledModel &model) const
+{
   double sum = 0.;
   for (const dem::ActiveBond &bond : model.dem().bonds())
     if (const double weight = window(0.5 * (bond.a + bond.b)); weight > 0.)
       sum += weight * bond.force[1] * (bond.b[1] - bond.a[1]);
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm);
-  return -sense * sum / integral;
+  return -sense * sum / window_integral;
 }
 
 SpecimenState SpecimenGauge::read(CoupledModel &model, double force) const
@@ -185,17 +204,21 @@ SpecimenResult SpecimenRecord::result(int dim) const
   return result;
 }
 
-std::string specimen_text(const ModelSettings &settings, const SpecimenResult &result)
+std::string specimen_text(const Specimen &specimen, bool pulls, const SpecimenResult &result)
 {
   std::ostringstream text;
   text << std::setprecision(4);
-  if (is_brazilian(settings))
+  if (specimen.form == Specimen::Form::other)
+    text << "body between platens, no prism and no disc of Mesh/Shape: " << result.strength / 1e6
+         << " MPa at the peak by force and cross-section at mid-height, " << specimen.section
+         << "; this is no strength of the rock";
+  else if (specimen.form == Specimen::Form::disc)
     text << "Brazilian test: k 2 P/(pi D t) = " << result.strength / 1e6
-         << " MPa at the peak, k = " << flattened_disc_factor(settings.body.mesh.flat_angle) << " for its flats";
+         << " MPa at the peak, k = " << flattened_disc_factor(specimen.flat_angle) << " for its flats";
   else
-    text << (settings.tool.pulls() ? "direct tension" : "uniaxial compression") << ": E = " << result.young / 1e9
-         << " GPa in the middle, " << result.nominal_young / 1e9 << " GPa by force and cross-section, nu = " << result.poisson
-         << ", peak " << result.strength / 1e6 << " MPa at a strain of " << result.peak_strain;
+    text << (pulls ? "direct tension" : "uniaxial compression") << ": E = " << result.young / 1e9 << " GPa in the middle, "
+         << result.nominal_young / 1e9 << " GPa by force and cross-section, nu = " << result.poisson << ", peak "
+         << result.strength / 1e6 << " MPa at a strain of " << result.peak_strain;
   text << "; " << 100. * result.linear_broken << " % of the broken bonds broke before 70 % of the peak"
        << (result.peak_passed ? "" : "; the peak is not passed yet");
   return text.str();

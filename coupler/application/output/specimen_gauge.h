@@ -4,16 +4,33 @@
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/method/coupled_model.h"
 
+#include <functional>
 #include <vector>
 
 namespace kerf
 {
+/// The body that platens load along y.
+struct Specimen
+{
+  enum class Form
+  {
+    prism, ///< the same cross-section all along y: uniaxial compression or direct tension
+    disc,  ///< Brazilian test
+    other  ///< no test of a standard
+  };
+  Form form = Form::prism;
+  Box box;                                               ///< around the body [m]
+  double section = 0.;                                   ///< area of the cross-section at mid-height [m^2] (2D: its width [m])
+  double flat_angle = 0.;                                ///< half angle of the flats of a disc [rad]
+  std::function<bool(const Eigen::Vector3d &)> contains; ///< whether a point is inside; empty: the body is its box
+};
+
 /// Readings of the press and of the gauges in the middle of a specimen at one time. The sense of the test is positive:
 /// compression in a press, tension between platens that pull.
 struct SpecimenState
 {
   double closing = 0.;        ///< relative displacement of the platens since the start [m]
-  double stress = 0.;         ///< box: force / cross-section; disc: k 2 P/(pi D t), see flattened_disc_factor() [Pa]
+  double stress = 0.;         ///< force / cross-section; disc: k 2 P/(pi D t), see flattened_disc_factor() [Pa]
   double middle_stress = 0.;  ///< stress along y in the middle of a body of particles, by the virial of its bonds [Pa]
   double axial_strain = 0.;   ///< shortening (pulled: lengthening) along y of the middle [-]
   double lateral_strain = 0.; ///< expansion (pulled: contraction) across y, mean of x and z in three dimensions [-]
@@ -27,7 +44,7 @@ struct SpecimenState
 class SpecimenGauge
 {
 public:
-  SpecimenGauge(const ModelSettings &settings, const fem::Mesh &mesh, const dem::Packing &packing, MPI_Comm comm);
+  SpecimenGauge(const ModelSettings &settings, const Specimen &specimen, const dem::Packing &packing, MPI_Comm comm);
 
   /// @param force of the rock on the platens [N], positive in compression. Collective.
   SpecimenState read(CoupledModel &model, double force) const;
@@ -35,6 +52,8 @@ public:
 private:
   double margin(int axis, double share) const;
   bool inside(const Eigen::Vector3d &reference) const;
+  void make_window(const Specimen &specimen);
+  double window(const Eigen::Vector3d &place) const;
   double virial_stress(const CoupledModel &model) const;
 
   int dim;
@@ -42,7 +61,9 @@ private:
   const dem::Packing &packing;
   MPI_Comm comm;
   Box body;
-  double area; // force / nominal stress [m^2], 2D [m]
+  double area;            // force / nominal stress [m^2], 2D [m]
+  Box window_box;         // the weight of bonds is zero outside
+  double window_integral; // over the body [m^3], 2D [m^2]
 };
 
 /// Results of a test in a press.
@@ -62,9 +83,6 @@ struct SpecimenResult
 /// k = 1. Theory (11.15).
 double flattened_disc_factor(double half_angle);
 
-/// Whether the test is a Brazilian test, which splits a disc. Any other body is compressed.
-bool is_brazilian(const ModelSettings &settings);
-
 /// The record of one test.
 class SpecimenRecord
 {
@@ -78,6 +96,6 @@ private:
   std::vector<SpecimenState> states;
 };
 
-/// The result as one line of text.
-std::string specimen_text(const ModelSettings &settings, const SpecimenResult &result);
+/// The result as one line of text. @param pulls whether the platens pull
+std::string specimen_text(const Specimen &specimen, bool pulls, const SpecimenResult &result);
 } // namespace kerf

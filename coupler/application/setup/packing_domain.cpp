@@ -105,7 +105,10 @@ PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
     space.volume = closed.volume();
     const double volume_around = dem::box_volume(mesh.dim, around.lower, around.upper);
     if (from_file || space.volume < (1. - 1e-6) * volume_around)
+    {
       space.surface = std::make_shared<dem::SurfaceMesh>(surface);
+      space.shape = closed.moments();
+    }
     else
       space.volume = volume_around;
   }
@@ -126,5 +129,47 @@ PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
     }
   }
   return space;
+}
+
+Specimen find_specimen(const Case &settings, const fem::Mesh &mesh, Mode mode)
+{
+  Specimen result;
+  result.box = mesh_box(mesh);
+  const bool from_file = mode == Mode::dem && !settings.packing_surface_file.empty();
+  if (!from_file && (is_box(mesh, result.box) || (mesh.period.array() > 0.).any()))
+  {
+    const Eigen::Vector3d extent = result.box.upper - result.box.lower;
+    result.section = extent[0] * (mesh.dim == 3 ? extent[2] : 1.);
+    return result;
+  }
+  const std::string key = from_file ? "Packing/Surface" : "Mesh";
+  try
+  {
+    const double reach = 1e-3 * (result.box.upper - result.box.lower).maxCoeff(); // distances are not asked for
+    const auto body = std::make_shared<const dem::ClosedSurface>(
+      mesh.dim, from_file ? dem::read_stl(settings.packing_surface_file) : boundary_of(mesh), reach);
+    result.box = {body->lower(), body->upper()};
+    result.contains = [body](const Eigen::Vector3d &place) { return body->contains(place); };
+    const auto section = [&](double share)
+    { return body->section((1. - share) * body->lower()[1] + share * body->upper()[1]); };
+    result.section = section(0.5);
+    constexpr double alike = 0.01;
+    for (const double share : {0.02, 0.25, 0.75, 0.98})
+      if (!(std::abs(section(share) - result.section) <= alike * result.section))
+        result.form = Specimen::Form::other;
+  }
+  catch (const std::invalid_argument &error)
+  {
+    throw InputError(settings.directory + "/case.prm: " + key + ": " + error.what());
+  }
+  if (!from_file && settings.body.mesh.gmsh_file.empty() && settings.body.mesh.shape == fem::MeshShape::disc)
+  {
+    // Of the circle, which the polygon of the cells does not fill.
+    result.form = Specimen::Form::disc;
+    result.flat_angle = settings.body.mesh.flat_angle;
+    const Eigen::Vector3d extent = result.box.upper - result.box.lower;
+    result.section = extent[0] * (mesh.dim == 3 ? extent[2] : 1.);
+  }
+  return result;
 }
 } // namespace kerf

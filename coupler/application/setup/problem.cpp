@@ -13,6 +13,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
+#include <limits>
 #include <sstream>
 
 namespace kerf
@@ -40,37 +41,81 @@ std::string case_path(const Case &settings)
   return settings.directory + "/case.prm";
 }
 
-/// Difference between a stored packing and the case, in words; empty when the packing fits.
+/// Of the moments of one body with different facets: round-off, also of coordinates far from the origin [-].
+constexpr double shape_tolerance = 1e-8;
+
+/// Difference between a stored packing and the case, in words; empty when the packing fits. Values that are not numbers differ.
 std::string mismatch(const dem::Packing &packing, const Case &settings, const PackingDomain &space)
 {
-  const auto differs = [](double a, double b, double scale) { return std::abs(a - b) > 1e-6 * scale; };
+  const dem::PackingSettings &wanted = settings.packing;
+  const auto differs = [](double a, double b, double scale) { return !(std::abs(a - b) <= 1e-6 * scale); };
   std::ostringstream text;
-  const double d = settings.packing.mean_diameter;
-  if (packing.size() == 0)
-    text << "holds no particle";
-  else if (packing.kind != settings.packing.kind)
-    text << "holds a " << packing.kind << " packing, Packing/Kind asks for " << settings.packing.kind;
-  else if (std::abs(packing.mean_diameter - d) > 0.01 * d) // compaction attains the target size approximately
-    text << "has mean diameter " << packing.mean_diameter << " m, Packing/Mean diameter asks for " << d;
-  else if (differs(packing.gap_tolerance, settings.packing.gap_tolerance, 1.))
-    text << "has gap tolerance " << packing.gap_tolerance << ", Packing/Gap tolerance asks for "
-         << settings.packing.gap_tolerance;
-  else if (!(packing.lattice == settings.packing.lattice))
+  const auto compare = [&](const char *name, double stored, const char *key, double asked)
+  {
+    if (text.str().empty() && differs(stored, asked, asked))
+      text << "was made with " << name << ' ' << stored << ", " << key << " asks for " << asked;
+  };
+  const bool is_random = wanted.kind == "random";
+  if (packing.dim != settings.dim())
+    text << "holds a packing of " << packing.dim << " dimensions, Mesh/Dimension asks for " << settings.dim();
+  else if (packing.kind != wanted.kind)
+    text << "holds a " << packing.kind << " packing, Packing/Kind asks for " << wanted.kind;
+  else if (is_random && std::isnan(packing.asked.radius_spread))
+    text << "is of an earlier version and does not say for which Packing/Radius spread it was made";
+  const bool is_old = std::isnan(packing.asked.radius_spread); // a lattice attains what was asked for
+  compare("mean diameter", is_old ? packing.mean_diameter : packing.asked.mean_diameter, "Packing/Mean diameter",
+          wanted.mean_diameter);
+  compare("gap tolerance", is_old ? packing.gap_tolerance : packing.asked.gap_tolerance, "Packing/Gap tolerance",
+          wanted.gap_tolerance);
+  if (is_random)
+  {
+    compare("radius spread", packing.asked.radius_spread, "Packing/Radius spread", wanted.radius_spread);
+    compare("seed", packing.seed, "Packing/Seed", wanted.seed);
+  }
+  else if (text.str().empty() && !(packing.lattice == wanted.lattice))
     text << "holds a lattice with another orientation or position than Packing/Lattice rows and Packing/Lattice plane ask for";
-  else if (packing.kind == "random" && packing.seed != settings.packing.seed)
-    text << "has seed " << packing.seed << ", Packing/Seed asks for " << settings.packing.seed;
-  else
-    for (int c = 0; c < settings.dim(); ++c)
-      if (text.str().empty() &&
-          (differs(packing.lower[c], space.box.lower[c], d) || differs(packing.upper[c], space.box.upper[c], d)))
-        text << "fills " << packing.lower[c] << " to " << packing.upper[c] << " m along "
-             << "xyz"[c] << ", the rock " << space.box.lower[c] << " to " << space.box.upper[c];
-      else if (text.str().empty() && (packing.periodic[c] > 0.) != settings.packing.periodic[c])
-        text << "is " << (packing.periodic[c] > 0. ? "" : "not ") << "periodic along "
-             << "xyz"[c] << ", Mesh/Periodic asks for the opposite";
+  const double d = wanted.mean_diameter;
+  for (int c = 0; c < settings.dim(); ++c)
+    if (text.str().empty() &&
+        (differs(packing.lower[c], space.box.lower[c], d) || differs(packing.upper[c], space.box.upper[c], d)))
+      text << "fills " << packing.lower[c] << " to " << packing.upper[c] << " m along "
+           << "xyz"[c] << ", the rock " << space.box.lower[c] << " to " << space.box.upper[c];
+    else if (text.str().empty() && (packing.periodic[c] > 0.) != wanted.periodic[c])
+      text << "is " << (packing.periodic[c] > 0. ? "" : "not ") << "periodic along "
+           << "xyz"[c] << ", Mesh/Periodic asks for the opposite";
+  const char *key = !settings.packing_surface_file.empty()  ? "Packing/Surface"
+                    : !settings.body.mesh.gmsh_file.empty() ? "Mesh/File"
+                                                            : "Mesh/Shape";
   if (text.str().empty() && differs(packing.volume_filled, space.volume, space.volume))
-    text << "fills a volume of " << packing.volume_filled << ", the rock has " << space.volume << ": another shape";
+    text << "fills a volume of " << packing.volume_filled << ", the rock of " << key << " has " << space.volume
+         << ": another shape";
+  if (text.str().empty() && packing.shape.empty() && !space.shape.empty())
+    text << "is of an earlier version and does not say for which shape it was made";
+  bool same_shape = packing.shape.size() == space.shape.size();
+  for (std::size_t k = 0; same_shape && k < space.shape.size(); ++k)
+    same_shape = std::abs(packing.shape[k] - space.shape[k]) <= shape_tolerance;
+  if (text.str().empty() && !same_shape)
+    text << "fills another shape than that of " << key;
   return text.str();
+}
+
+/// Round-off of a coordinate, relative to cells and particles, that leaves forces and contacts as they are near the origin.
+constexpr double largest_round_off = 5e-9;
+
+/// Displacements are differences of coordinates. Far from the origin their last bits are lost.
+void check_distance(const Case &settings, const fem::Mesh &mesh)
+{
+  const double allowed =
+    largest_round_off / std::numeric_limits<double>::epsilon() * std::min(settings.packing.mean_diameter, smallest_edge(mesh));
+  const double furthest = mesh.nodes.cwiseAbs().maxCoeff();
+  if (!(furthest <= allowed))
+  {
+    std::ostringstream text;
+    text << case_path(settings) << ": Mesh: the rock reaches " << furthest
+         << " m away from the origin, more than the coordinates can resolve for its cells and particles; allowed are "
+         << allowed << " m, move it";
+    throw InputError(text.str());
+  }
 }
 
 void check_overlap(const Case &settings, const fem::FemSide &fem)
@@ -149,10 +194,13 @@ std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 {
   fem::Settings body = settings.body;
   body.comm = comm;
-  return as_input_error(case_path(settings) + ": Mesh: ", [&] { return fem::make_fem_side(body); });
+  auto fem = as_input_error(case_path(settings) + ": Mesh: ", [&] { return fem::make_fem_side(body); });
+  check_distance(settings, fem->mesh());
+  return fem;
 }
 
-void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm)
+void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, StoreUse use, Console &console,
+                   MPI_Comm comm)
 {
   const PackingDomain space = find_packing_domain(settings, fem.mesh());
   const auto named = [&](const char *section, const auto &action)
@@ -188,15 +236,22 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
       if (std::abs(known.target_young - settings.body.material.young) > 1e-9 * settings.body.material.young ||
           std::abs(known.target_poisson - settings.body.material.poisson) > 1e-12)
       {
+        const bool is_for_another_rock = known.target_young > 0.;
         console.message("calibrating k_n, k_t: static solve of the bond network");
         packing.calibration =
           named("Rock",
                 [&] { return dem::calibrate_elastic(packing, settings.body.material.young, settings.body.material.poisson); });
-        dem::save_packing(packing, settings.packing_file);
+        if (is_for_another_rock && use == StoreUse::kept)
+          console.message("notice: " + settings.packing_file +
+                          " is calibrated for another Rock/Young modulus or Poisson ratio and stays as it is; kerf pack stores "
+                          "the new stiffnesses");
+        else
+          dem::save_packing(packing, settings.packing_file);
       }
     });
   if (rank_of(comm) != 0)
     packing = dem::load_packing(settings.packing_file);
+  MPI_Bcast(&packing.calibration, sizeof packing.calibration, MPI_BYTE, 0, comm);
 }
 
 std::string packing_summary(const dem::Packing &packing)
@@ -233,8 +288,12 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
     console.message(notice);
   problem->fem = build_fem(settings, comm);
   const Box body = mesh_box(problem->fem->mesh());
-  problem->settings.tool.lower = body.lower[1];
-  problem->settings.tool.upper = body.upper[1];
+  if (settings.tool.kind == ToolKind::platens)
+  {
+    problem->specimen = find_specimen(settings, problem->fem->mesh(), mode);
+    problem->settings.tool.lower = problem->specimen.box.lower[1];
+    problem->settings.tool.upper = problem->specimen.box.upper[1];
+  }
   if (mode == Mode::adaptive || mode == Mode::fixed)
   {
     check_overlap(settings, *problem->fem);
@@ -259,7 +318,7 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
       problem->settings.tool.stiffness_ratio = stiffness_ratio_of_cells;
   }
   else
-    build_packing(settings, *problem->fem, problem->packing, console, comm);
+    build_packing(settings, *problem->fem, problem->packing, StoreUse::kept, console, comm);
   if (!settings.given_stiffness)
   {
     problem->settings.bond.k_n = problem->packing.calibration.k_n;

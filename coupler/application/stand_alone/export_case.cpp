@@ -97,7 +97,7 @@ public:
     for (int i = 0; i < c.packing.size(); ++i)
       for (const ParticleBoundary::Dashpot &dashpot : c.boundary.role(i).dashpots)
       {
-        const auto same_normal = [&](const AbsorbingSide &side) { return (side.normal - dashpot.normal).norm() <= 1e-12; };
+        const auto same_normal = [&](const AbsorbingSide &side) { return (side.normal - dashpot.normal).norm() <= 1e-9; };
         auto side = std::find_if(sides.begin(), sides.end(), same_normal);
         if (side == sides.end())
           side = sides.insert(sides.end(), {dashpot.normal, {}});

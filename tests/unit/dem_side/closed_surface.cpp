@@ -2,6 +2,7 @@
 #include "dem_side/geometry/closed_surface.h"
 #include "tests/support/test_surfaces.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -27,6 +28,65 @@ std::string error_of(int dim, const SurfaceMesh &mesh)
   return "no error";
 }
 } // namespace
+
+TEST(ClosedSurface, CrossSections)
+{
+  const ClosedSurface flat(2, test::l_shape(2.), 0.5), prism(3, test::l_prism(2., 0.7), 0.5);
+  EXPECT_NEAR(flat.section(0.3), 2., 1e-14);
+  EXPECT_NEAR(flat.section(1.5), 1., 1e-14);
+  EXPECT_NEAR(prism.section(0.3), 2. * 0.7, 1e-14);
+  EXPECT_NEAR(prism.section(1.5), 1. * 0.7, 1e-14);
+  EXPECT_EQ(prism.section(2.5), 0.);
+  // A circle; the polygon of the facets, whose edges are 0.05, is smaller by some 1e-4.
+  const ClosedSurface ball(3, test::sphere(4, 2., {1., 5., -3.}), 0.5);
+  EXPECT_NEAR(ball.section(6.), std::acos(-1.) * 3., 2e-2);
+}
+
+TEST(ClosedSurface, MomentsAreThoseOfTheBody)
+{
+  // The L shape is symmetric about its diagonal. Mean of u.x over it, from its three squares: by the centre (5/6, 5/6) of area,
+  // relative to the middle (1, 1) and the half width 1. Mean of (u.x)^2 from centres and squares' own moments 1/12.
+  const ClosedSurface shape(2, test::l_shape(2.), 0.5);
+  const std::vector<double> moments = shape.moments();
+  ASSERT_EQ(moments.size(), 35u);
+  const double u = 0.61, v = 0.28;
+  EXPECT_NEAR(moments[0], -(u + v) / 6., 1e-14);
+  double second = 0.;
+  for (const auto &[x, y] : {std::pair(-0.5, -0.5), {0.5, -0.5}, {-0.5, 0.5}})
+    second += (std::pow(u * x + v * y, 2) + (u * u + v * v) / 12.) / 3.;
+  EXPECT_NEAR(moments[1], second, 1e-14);
+
+  const SurfaceMesh l_prism = test::l_prism(2., 1.);
+  const auto difference = [](const std::vector<double> &a, const std::vector<double> &b)
+  {
+    double largest = 0.;
+    for (std::size_t k = 0; k < a.size(); ++k)
+      largest = std::max(largest, std::abs(a[k] - b[k]));
+    return largest;
+  };
+  // The prism of the L: other facets and place, same numbers; its mirror image about x: others.
+  const std::vector<double> prism = ClosedSurface(3, l_prism, 0.5).moments();
+  SurfaceMesh moved = l_prism;
+  std::reverse(moved.facets.begin(), moved.facets.end());
+  moved.points.colwise() += Vector3d(1000., -500., 200.); // round-off 1e-13 of the coordinates
+  EXPECT_LT(difference(ClosedSurface(3, moved, 0.5).moments(), prism), 1e-10);
+  SurfaceMesh mirrored = l_prism;
+  mirrored.points.row(0) *= -1.;
+  EXPECT_GT(difference(ClosedSurface(3, mirrored, 0.5).moments(), prism), 1e-2);
+
+  // More points on the same sides.
+  SurfaceMesh finer;
+  const SurfaceMesh coarse = test::l_shape(2.);
+  finer.points.resize(3, 12);
+  for (int k = 0; k < 6; ++k)
+  {
+    finer.points.col(2 * k) = coarse.points.col(k);
+    finer.points.col(2 * k + 1) = 0.7 * coarse.points.col(k) + 0.3 * coarse.points.col((k + 1) % 6);
+    finer.facets.push_back({{2 * k, 2 * k + 1, -1}});
+    finer.facets.push_back({{2 * k + 1, (2 * k + 2) % 12, -1}});
+  }
+  EXPECT_LT(difference(ClosedSurface(2, finer, 0.5).moments(), moments), 1e-13);
+}
 
 TEST(ClosedSurface, LShapeKnowsDistancesAndInside)
 {

@@ -2,6 +2,7 @@
 #include "dem_side/packing/hdf5_file.h"
 #include "dem_side/packing/packing.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -31,6 +32,7 @@ protected:
     packing.calibration = {3.1e10,          1.7e9, 4.0e10, 0.23, 4.0000001e10, 0.2300001, 0.0123, {1.1e10, 1.3e10, 0.},
                            {0.21, 0.23, 0.}};
     packing.volume_filled = 5.7;
+    packing.shape = {0.1, -1. / 3.};
     packing.quality = {0.91, 0.905, 5.1, 5.9, 1e-3, {0.49, 0.51, 0.}, 0.96};
   }
   void TearDown() override { std::filesystem::remove_all(directory); }
@@ -103,6 +105,10 @@ TEST_F(PackingStore, RoundTripIsExact)
   EXPECT_EQ(loaded.calibration.axis_young, packing.calibration.axis_young);
   EXPECT_EQ(loaded.calibration.axis_poisson, packing.calibration.axis_poisson);
   EXPECT_EQ(loaded.volume_filled, packing.volume_filled);
+  EXPECT_EQ(loaded.asked.mean_diameter, packing.asked.mean_diameter);
+  EXPECT_EQ(loaded.asked.radius_spread, packing.asked.radius_spread);
+  EXPECT_EQ(loaded.asked.gap_tolerance, packing.asked.gap_tolerance);
+  EXPECT_EQ(loaded.shape, packing.shape);
   EXPECT_EQ(loaded.quality.solid_fraction, packing.quality.solid_fraction);
   EXPECT_EQ(loaded.quality.core_solid_fraction, packing.quality.core_solid_fraction);
   EXPECT_EQ(loaded.quality.coordination, packing.quality.coordination);
@@ -175,9 +181,28 @@ TEST_F(PackingStore, InconsistentPackingsAreNamed)
   packing.radii.conservativeResize(n - 2);
   EXPECT_EQ(error_of(), "has " + std::to_string(n) + " positions but " + std::to_string(n - 2) + " radii");
   packing.radii[3] = -1.;
-  EXPECT_EQ(error_of(), "particle 3 has no finite position and positive radius");
+  EXPECT_EQ(error_of(), "particle 3 has no radius in (0, mean diameter]");
   packing.positions(1, 5) = std::nan("");
-  EXPECT_EQ(error_of(), "particle 5 has no finite position and positive radius");
+  EXPECT_EQ(error_of(), "particle 5 is not in the box");
+  packing.positions(2, 5) = 1e-3; // in two dimensions
+  EXPECT_EQ(error_of(), "particle 5 is not in the box");
+  packing.radii *= 10.;
+  EXPECT_EQ(error_of(), "particle 0 has no radius in (0, mean diameter]");
+  packing.radii *= 0.9;
+  EXPECT_EQ(error_of(), "attribute 'mean_diameter' is not that of the radii");
+  packing.positions.col(7) = packing.positions.col(6);
+  EXPECT_EQ(error_of(), "particles 6 and 7 overlap");
+  packing.volume_filled = 1.; // of 5.76
+  EXPECT_EQ(error_of().substr(0, 54), "the particles do not fill their volume: solid fraction");
+  packing.bonds.clear();
+  EXPECT_EQ(error_of(), "the packing has no bonds");
+  packing.bonds.back() = {0, n - 1};
+  packing.bonds.erase(packing.bonds.begin() + 1, packing.bonds.end() - 1);
+  std::sort(packing.bonds.begin(), packing.bonds.end());
+  EXPECT_EQ(error_of(),
+            "bond 1 joins particles 0 and " + std::to_string(n - 1) + ", which are further apart than the gap tolerance");
+  packing.bonds[2] = {-1, 3};
+  EXPECT_EQ(error_of(), "bond 2 joins particles -1 and 3 of " + std::to_string(n));
   packing.bonds[2] = {0, n};
   EXPECT_EQ(error_of(), "bond 2 joins particles 0 and " + std::to_string(n) + " of " + std::to_string(n));
   packing.bonds[2] = packing.bonds[1];
@@ -186,6 +211,50 @@ TEST_F(PackingStore, InconsistentPackingsAreNamed)
   packing.radii.resize(0);
   packing.bonds.clear();
   EXPECT_EQ(error_of(), "the packing holds no particles");
+}
+
+TEST_F(PackingStore, NumbersOutOfTheirRangeAreNamed)
+{
+  // Every number of the file, one after the other: what is not a number is in no range.
+  std::vector<std::string> names;
+  save_packing(packing, path);
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const auto collect = [](hid_t, const char *name, const H5A_info_t *, void *list)
+  {
+    static_cast<std::vector<std::string> *>(list)->push_back(name);
+    return herr_t(0);
+  };
+  H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names);
+  H5Fclose(file);
+  ASSERT_GT(names.size(), 25u);
+  for (const std::string &name : names)
+  {
+    if (name == "units" || name == "format" || name == "kind" || name == "lattice_plane_at")
+      continue;
+    const std::string error = error_after(
+      [&](hid_t store)
+      {
+        const hid_t attribute = H5Aopen(store, name.c_str(), H5P_DEFAULT), space = H5Aget_space(attribute);
+        const auto n = H5Sget_simple_extent_npoints(space);
+        H5Aclose(attribute);
+        H5Sclose(space);
+        H5Adelete(store, name.c_str());
+        const std::vector<double> values(n, std::nan(""));
+        const hsize_t size = n;
+        const hid_t simple = n == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &size, nullptr);
+        const hid_t written = H5Acreate2(store, name.c_str(), H5T_NATIVE_DOUBLE, simple, H5P_DEFAULT, H5P_DEFAULT);
+        H5Awrite(written, H5T_NATIVE_DOUBLE, values.data());
+        H5Aclose(written);
+        H5Sclose(simple);
+      });
+    EXPECT_NE(error.find("'" + name + "'"), std::string::npos) << name << ": " << error;
+  }
+  EXPECT_EQ(error_after([](hid_t store) { set_number(store, "k_n", 0.); }).substr(0, 33), "attribute 'k_n' = 0 is not in [2.");
+  EXPECT_EQ(error_after([](hid_t store) { set_number(store, "k_t", -1.); }).substr(0, 33), "attribute 'k_t' = -1 is not in [0");
+  EXPECT_EQ(error_after([](hid_t store) { set_number(store, "dim", 3.); }),
+            "attribute 'kind' = 'triangular' is no packing of 3 dimensions");
+  EXPECT_EQ(error_after([](hid_t store) { set_number(store, "gap_tolerance", 3.); }),
+            "attribute 'gap_tolerance' = 3 is not in [0, 2]");
 }
 
 TEST_F(PackingStore, PlacesThatCannotBeWrittenAreNamed)
