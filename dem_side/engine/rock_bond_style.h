@@ -53,6 +53,14 @@ inline double list_skin(const Packing &packing)
   return 0.25 * packing.mean_diameter;
 }
 
+/// Elastic energy of a pair and its force on the first particle at the last force computation, weighted.
+struct LoadedPair
+{
+  int i, j; ///< local; j may be a ghost
+  double energy;
+  Eigen::Vector3d force;
+};
+
 /// The rock bond as a granular pair style of LIGGGHTS: all pair forces of a step, then the force hook. RockBondLoop has the
 /// parts that depend on the dimension. Particles are those of the packing by tag = index + 1; particles with larger tags have
 /// no bonds.
@@ -82,7 +90,9 @@ public:
   std::int64_t intact_bond_ends() const; ///< of this rank: 2 for a bond inside, 1 for one across ranks
   virtual std::vector<ActiveBond> bonds(const std::vector<char> &target) = 0; ///< see DemSide::bonds()
   virtual double elastic_energy() = 0;                                        ///< of this rank [J]
-  Energies energies();                                                        ///< of all ranks. Collective
+  /// All pairs with a bond or a contact, as listed; one across ranks is there on both.
+  virtual std::vector<LoadedPair> loaded_pairs() = 0;
+  Energies energies(); ///< of all ranks. Collective
 
   /// Local damping, which acts on the sum of all forces: after everything else that changes forces.
   void damp_all(bool step);
@@ -124,6 +134,8 @@ protected:
   RockBondParameters parameters;
 
 private:
+  void tally(int eflag, int vflag);
+  void refuse_lists_of_contacts(bool list_asked_for) const;
   void refresh_ghosts();
   void check_intact_bonds();
   void create_bonds();

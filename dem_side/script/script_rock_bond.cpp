@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/script/script_rock_bond.h"
 
+#include "dem_side/bond/bond_kinematics.h"
+#include "dem_side/bond/rock_bond_law.h"
+#include "dem_side/bond_network/bond_network.h"
 #include "dem_side/engine/install_rock_bond.h"
 #include "dem_side/script/rock_bond_line.h"
 
 #include <algorithm>
 #include <atom.h>
+#include <cmath>
 #include <domain.h>
+#include <limits>
 #include <neighbor.h>
 #include <sstream>
 #include <stdexcept>
@@ -69,6 +74,47 @@ void ScriptRockBond<dim>::init_granular()
          << " would lose bonds of kerf_rock_bond, give at least " << store->reach << " or leave it out";
     throw std::invalid_argument(text.str());
   }
+  check_step();
+}
+
+/// Throws std::invalid_argument when the bonds of the store, or two touching particles, are unstable at the step. The smallest
+/// density of the particles counts. Collective. Theory (8.1), (8.11).
+template <int dim>
+void ScriptRockBond<dim>::check_step() const
+{
+  const Packing &packing = store->packing;
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  constexpr double none = std::numeric_limits<double>::infinity();
+  double smallest[] = {none, none}; // density of the stored particles [kg/m^3], mass of all [kg]
+  for (int i = 0; i < atom.nlocal; ++i)
+  {
+    if (const int particle = atom.tag[i] - 1; particle < packing.size())
+      smallest[0] = std::min(smallest[0], atom.rmass[i] / packing.volume(particle));
+    smallest[1] = std::min(smallest[1], atom.rmass[i]);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, smallest, 2, MPI_DOUBLE, MPI_MIN, lmp.world);
+  if (std::isinf(smallest[1]))
+    return;
+  const BondParameters &bond = parameters.bond;
+  const double limit = 4. / (1. + parameters.local_damping), dt = parameters.time_step;
+  const double of_bonds = std::isinf(smallest[0]) ? none
+                                                  : largest_step(packing, {bond.k_n, bond.k_t, smallest[0], bond.damping}, {},
+                                                                 [limit](double) { return limit; });
+  // Two particles of the smallest mass that touch: springs and dashpots along the normal, and across it with rotations.
+  const double c = law::viscosity(bond.damping, smallest[1], smallest[1], bond.k_n), turning = 1. + 1. / inertia_factor(dim);
+  const double normal = dt * dt * bond.k_n + 2. * dt * c;
+  const double across = turning * (dt * dt * bond.k_t + 2. * dt * c * std::sqrt(bond.k_t / bond.k_n));
+  const bool pair_unstable = 2. / smallest[1] * std::max(normal, across) > limit;
+  if (dt <= of_bonds && !pair_unstable)
+    return;
+  std::ostringstream text;
+  text << "timestep " << dt << " s is unstable: ";
+  if (dt > of_bonds)
+    text << "the bonds of kerf_rock_bond allow at most " << of_bonds << " s";
+  else
+    text << "it is too large for two particles of the smallest mass, " << smallest[1] << " kg, in a contact of kerf_rock_bond";
+  text << " with these k_n, k_t, damping, local_damping and masses";
+  throw std::invalid_argument(text.str());
 }
 
 /// All bonds of the store between existing particles must have been created.

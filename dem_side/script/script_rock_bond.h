@@ -34,6 +34,7 @@ private:
   };
   void read_store(const std::string &path);
   void check_created_bonds() const override;
+  void check_step() const;
   bool damps_after_hook() const override { return false; }
 
   std::unique_ptr<Store> store;
