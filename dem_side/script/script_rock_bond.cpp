@@ -11,7 +11,9 @@
 #include <atom.h>
 #include <cmath>
 #include <domain.h>
+#include <fix_property_atom.h>
 #include <limits>
+#include <modify.h>
 #include <neighbor.h>
 #include <sstream>
 #include <stdexcept>
@@ -74,7 +76,34 @@ void ScriptRockBond<dim>::init_granular()
          << " would lose bonds of kerf_rock_bond, give at least " << store->reach << " or leave it out";
     throw std::invalid_argument(text.str());
   }
+  check_tags();
   check_step();
+}
+
+/// Bonds and their history know particles by their tags. delete_atoms numbers the particles again unless told not to.
+template <int dim>
+void ScriptRockBond<dim>::check_tags() const
+{
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  double *known = tags().vector_atom;
+  int changed = 0;
+  for (int i = 0; i < atom.nlocal; ++i)
+  {
+    changed = changed || (known[i] != 0. && known[i] != atom.tag[i]);
+    known[i] = atom.tag[i];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, lmp.world);
+  if (changed)
+    throw std::invalid_argument("the particles of kerf_rock_bond have been numbered again, which scrambles their bonds: give "
+                                "delete_atoms ... compress no, and no reset_ids");
+}
+
+template <int dim>
+LAMMPS_NS::FixPropertyAtom &ScriptRockBond<dim>::tags() const
+{
+  auto &property = dynamic_cast<LAMMPS_NS::FixPropertyAtom &>(*lmp.modify->fix[lmp.modify->find_fix("kerf_tag")]);
+  property.just_created = 0; // else the first setup would overwrite the values with the default
+  return property;
 }
 
 /// Throws std::invalid_argument when the bonds of the store, or two touching particles, are unstable at the step. The smallest
@@ -147,7 +176,10 @@ LIGGGHTS::PairStyles::IGranularPairStyle *create(LAMMPS_NS::LAMMPS *lmp, LAMMPS_
   if (lmp->domain->box_exist == 0)
     throw std::invalid_argument("pair_style gran model kerf_rock_bond must come after the box (read_data or create_box)");
   if (add_particle_properties(*lmp))
+  {
+    add_fix(*lmp, "kerf_tag all property/atom kerf_tag scalar no no no 0.");
     add_fix(*lmp, "rock_bond all kerf/rock_bond");
+  }
   if (lmp->domain->dimension == 2)
     return new ScriptRockBond<2>(*lmp, *gran, hash);
   return new ScriptRockBond<3>(*lmp, *gran, hash);
