@@ -2,7 +2,10 @@
 #pragma once
 
 #include "dem_side/bond_network/moduli.h"
+#include "dem_side/bond_network/network_operator.h"
 #include "dem_side/packing/packing.h"
+
+#include <functional>
 
 namespace kerf::dem
 {
@@ -24,4 +27,11 @@ ElasticCalibration calibrate_elastic(const Packing &packing, double young, doubl
 /// Largest angular frequency [rad/s] of the free network with translations and rotations: a safe upper estimate by Lanczos
 /// iteration on M^-1 K. Theory (8.6). @param density of the particles [kg/m^3], see Packing::particle_density().
 double largest_frequency(const Packing &packing, double k_n, double k_t, double density);
+
+/// Largest step of the free network with its dashpots, whose forces use the velocity of half a step before, for which
+/// lambda_max(M^-1 (dt^2 K + 2 dt C)) <= @p limit: a safe lower estimate [s], infinite without bonds. Theory (8.1), (8.6).
+/// @param dashpots against the translations of each particle, in addition to those of the bonds [N s/m]; empty: none
+/// @param limit 4, or what other forces leave of it at a step; it must not grow with the step. Not positive: the step is 0
+double largest_step(const Packing &packing, const NetworkOperator::Material &material, const Eigen::VectorXd &dashpots,
+                    const std::function<double(double dt)> &limit);
 } // namespace kerf::dem

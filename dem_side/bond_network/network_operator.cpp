@@ -3,9 +3,11 @@
 
 #include "dem_side/bond/bond_kinematics.h"
 #include "dem_side/bond/bond_weight.h"
+#include "dem_side/bond/rock_bond_law.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace kerf::dem
@@ -33,11 +35,16 @@ NetworkOperator::NetworkOperator(const Packing &packing, const StoredBonds &stor
       const double length = branch.norm(), lever = length * first.weighted / (first.weighted + second.weighted);
       bonds.push_back({dofs * p, dofs * static_cast<int>(other - particles.begin()), branch / length, lever, length - lever,
                        of_bond * material.k_n, of_bond * material.k_t,
-                       rolling_resistance(first, second) * material.k_t * length * length});
+                       rolling_resistance(first, second) * material.k_t * length * length, 0., 0.});
     }
     const double mass = material.density * packing.volume(i) * mass_weight(i, packing, stored_bonds, active, weight);
     inertia.segment(dofs * p, dim).setConstant(mass);
     inertia.segment(dofs * p + dim, dofs - dim).setConstant(inertia_factor(dim) * mass * packing.radii[i] * packing.radii[i]);
+  }
+  for (Bond &bond : bonds)
+  {
+    bond.normal_c = law::viscosity(material.damping, inertia[bond.first], inertia[bond.second], bond.normal_k);
+    bond.shear_c = bond.normal_c * std::sqrt(material.k_n > 0. ? material.k_t / material.k_n : 0.);
   }
 }
 
@@ -73,7 +80,8 @@ Vector1d across(const Eigen::Vector2d & /*normal*/, const Vector1d &turn)
 } // namespace
 
 template <int dim>
-void NetworkOperator::add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const
+void NetworkOperator::add_sum_in(double stiff, double viscous, const Eigen::Ref<const Eigen::VectorXd> &x,
+                                 Eigen::Ref<Eigen::VectorXd> y) const
 {
   for (const Bond &bond : bonds)
   {
@@ -84,10 +92,12 @@ void NetworkOperator::add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x,
     const Spin turn =
       bond.lever * x.segment<rotations<dim>>(bond.first + dim) + bond.reach * x.segment<rotations<dim>>(bond.second + dim);
     const Vector opening = x.segment<dim>(bond.second) - x.segment<dim>(bond.first) - cross(turn, n);
-    const Vector force = bond.shear_k * opening + (bond.normal_k - bond.shear_k) * n.dot(opening) * n;
+    const double normal_factor = stiff * bond.normal_k + viscous * bond.normal_c;
+    const double shear_factor = stiff * bond.shear_k + viscous * bond.shear_c;
+    const Vector force = shear_factor * opening + (normal_factor - shear_factor) * n.dot(opening) * n;
     const Spin moment = moment_of(n, force);
     const Spin rolling =
-      bond.rolling_k *
+      stiff * bond.rolling_k *
       across(n, Spin(x.segment<rotations<dim>>(bond.second + dim) - x.segment<rotations<dim>>(bond.first + dim)));
     y.segment<dim>(bond.first) -= force;
     y.segment<dim>(bond.second) += force;
@@ -96,12 +106,15 @@ void NetworkOperator::add_product_in(const Eigen::Ref<const Eigen::VectorXd> &x,
   }
 }
 
-void NetworkOperator::add_product(const Eigen::Ref<const Eigen::VectorXd> &x, Eigen::Ref<Eigen::VectorXd> y) const
+void NetworkOperator::add_sum(double stiff, double viscous, const Eigen::Ref<const Eigen::VectorXd> &x,
+                              Eigen::Ref<Eigen::VectorXd> y) const
 {
   if (dim == 2)
-    add_product_in<2>(x, y);
+    add_sum_in<2>(stiff, viscous, x, y);
   else
-    add_product_in<3>(x, y);
+    add_sum_in<3>(stiff, viscous, x, y);
+  for (int p = 0; p < dashpots.size(); ++p)
+    y.segment(per_particle() * p, dim) += viscous * dashpots[p] * x.segment(per_particle() * p, dim);
 }
 
 template <int dim>

@@ -415,15 +415,12 @@ void RockBondLoop<dim>::damp(bool step)
 }
 
 template <int dim>
-double RockBondLoop<dim>::elastic_energy(const std::set<int> *ends)
+double RockBondLoop<dim>::elastic_energy()
 {
-  const int *tag = lmp.atom->tag;
   double energy = 0.;
   for_each_pair(
     [&](int i, int j, PairHistory &history, int &flag)
     {
-      if (ends && !ends->count(tag[i]) && !ends->count(tag[j]))
-        return;
       const OrderedPair pair = ordered(i, j);
       const BondParameters &bond = parameters.bond;
       if (history.state == PairHistory::intact)
@@ -455,6 +452,51 @@ void RockBondLoop<dim>::keep_contact_forces(const Eigen::VectorXd &new_weights)
       vector<dim>(history.vector) *= share;
       flag = 1;
     });
+}
+
+template <int dim>
+law::Vector<dim> RockBondLoop<dim>::present_force(const OrderedPair &pair, const PairHistory &history, double length,
+                                                  double &energy) const
+{
+  const Row &first = rows[pair.first], &second = rows[pair.second];
+  const BondParameters &bond = parameters.bond;
+  const bool intact_bond = history.state == PairHistory::intact;
+  const auto geometry = intact_bond ? bond_geometry(pair) : this->geometry(pair);
+  const Vector v = law::contact_velocity<dim>(geometry, first.velocity, second.velocity, first.spin, second.spin);
+  const Vector v_n = geometry.normal.dot(v) * geometry.normal;
+  const double c = viscosity(pair), c_t = c * std::sqrt(bond.k_t / bond.k_n);
+  if (intact_bond)
+  {
+    const auto strain = bond_strain(pair, history);
+    const auto [of_first, of_second] = rotated_normals(pair, history);
+    energy = bond_energy(pair, strain, history);
+    return law::bond_load<dim>(geometry, strain, history.rest_length, of_first, of_second, bond, pair.weight).force + c * v_n +
+           c_t * (v - v_n);
+  }
+  const double overlap = length - geometry.distance, k_n = pair.weight * bond.k_n, k_t = pair.weight * bond.k_t;
+  const double push = std::max(0., k_n * overlap - c * geometry.normal.dot(v));
+  const Vector spring = pair.sign * vector<dim>(history.vector);
+  energy = 0.5 * (k_n * overlap * overlap + k_t * spring.squaredNorm());
+  // The spring has been returned to Coulomb's limit already, so the law gives the force of the step again.
+  return law::coulomb<dim>(spring, k_t, push, bond.friction, c_t * (v - v_n)).force - push * geometry.normal;
+}
+
+template <int dim>
+std::vector<LoadedPair> RockBondLoop<dim>::loaded_pairs()
+{
+  std::vector<LoadedPair> pairs;
+  for_each_pair(
+    [&](int i, int j, PairHistory &history, int &flag)
+    {
+      const OrderedPair pair = ordered(i, j);
+      const double length = debris_pair(pair, history, flag).length;
+      if (history.state != PairHistory::intact && geometry(pair).distance >= length)
+        return;
+      LoadedPair loaded{i, j, 0., Eigen::Vector3d::Zero()};
+      vector<dim>(loaded.force.data()) = (pair.first == i ? 1. : -1.) * present_force(pair, history, length, loaded.energy);
+      pairs.push_back(loaded);
+    });
+  return pairs;
 }
 
 template <int dim>

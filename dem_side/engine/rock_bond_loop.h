@@ -19,7 +19,8 @@ class RockBondLoop : public RockBondStyle
 public:
   RockBondLoop(LAMMPS_NS::LAMMPS &lmp, LAMMPS_NS::PairGran &gran, std::int64_t hash) : RockBondStyle(lmp, gran, hash) {}
   std::vector<ActiveBond> bonds(const std::vector<char> &target) override;
-  double elastic_energy(const std::set<int> *ends) override;
+  double elastic_energy() override;
+  std::vector<LoadedPair> loaded_pairs() override;
   void keep_contact_forces(const Eigen::VectorXd &new_weights) override;
 
 private:
@@ -74,6 +75,8 @@ private:
   /// Power of the springs of an intact bond on its particles at the velocities of the step, weighted [W].
   double bond_power(const OrderedPair &pair, const law::BondStrain<dim> &strain, const PairHistory &history) const;
   double viscosity(const OrderedPair &pair) const;
+  /// Force of a pair on its first particle and its energy, as in the last force computation; nothing changes.
+  Vector present_force(const OrderedPair &pair, const PairHistory &history, double length, double &energy) const;
 
   std::vector<Row> rows;          ///< local and ghost particles at the last force computation
   std::vector<Load<dim>> viscous; ///< viscous part of the loads on local particles

@@ -10,6 +10,7 @@
 #include <contact_interface.h>
 #include <domain.h>
 #include <fix_property_atom.h>
+#include <force.h>
 #include <modify.h>
 #include <neighbor.h>
 #include <numeric>
@@ -113,8 +114,9 @@ Particles RockBondStyle::particles()
   return p;
 }
 
-void RockBondStyle::compute_force(LAMMPS_NS::PairGran *, int, int, int)
+void RockBondStyle::compute_force(LAMMPS_NS::PairGran *, int eflag, int vflag, int addflag)
 {
+  refuse_lists_of_contacts(addflag != 0);
   gran.evflag = gran.vflag_fdotr = 0;
   const bool step = !lmp.update->setupflag;
   if (lmp.neighbor->ago == 0)
@@ -128,6 +130,8 @@ void RockBondStyle::compute_force(LAMMPS_NS::PairGran *, int, int, int)
   }
 
   pair_forces(step);
+  if (eflag || vflag)
+    tally(eflag, vflag);
   if (hook && *hook)
   {
     Particles local = particles();
@@ -135,6 +139,32 @@ void RockBondStyle::compute_force(LAMMPS_NS::PairGran *, int, int, int)
   }
   if (damps_after_hook())
     damp_all(step);
+}
+
+/// Energies and virials of the pairs for the computes pe, pressure, pe/atom and stress/atom of a script.
+void RockBondStyle::tally(int eflag, int vflag)
+{
+  gran.ev_setup(eflag, vflag);
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  const bool newton = lmp.force->newton_pair != 0;
+  for (const LoadedPair &pair : loaded_pairs())
+  {
+    const double *x = atom.x[pair.i], *y = atom.x[pair.j], *f = pair.force.data();
+    gran.ev_tally_xyz(pair.i, pair.j, atom.nlocal, newton, pair.energy, 0., f[0], f[1], f[2], x[0] - y[0], x[1] - y[1],
+                      x[2] - y[2]);
+  }
+}
+
+/// LIGGGHTS asks a pair style for its contacts in other ways, for which it counts pairs that overlap. Bonds have gaps.
+void RockBondStyle::refuse_lists_of_contacts(bool list_asked_for) const
+{
+  if (list_asked_for || gran.cpl() != nullptr)
+    throw std::invalid_argument("compute pair/gran/local: there is no list of the pairs of a rock bond, because LIGGGHTS lists "
+                                "overlapping pairs only; use compute stress/atom, pe/atom, pressure or pe");
+  if (gran.storeContactForces() || gran.storeContactForcesStress() || gran.storeSumDelta())
+    throw std::invalid_argument(
+      "a fix or compute of the script needs contact forces by pair, which a rock bond does not store; "
+      "use compute stress/atom");
 }
 
 void RockBondStyle::damp_all(bool step)
@@ -326,7 +356,9 @@ void RockBondStyle::book_leavers(bool moved)
   for (int i = 0; i < 3 * atom.nlocal; ++i)
     atom.x[0][i] += way * atom.v[0][i];
   const std::set<int> leaving(tags.begin(), tags.end());
-  dissipation.left += elastic_energy(&leaving);
+  for (const LoadedPair &pair : loaded_pairs())
+    if (leaving.count(atom.tag[pair.i]) || leaving.count(atom.tag[pair.j]))
+      dissipation.left += (pair.j < atom.nlocal ? 1. : 0.5) * pair.energy;
   std::copy(positions.begin(), positions.end(), atom.x[0]);
 }
 

@@ -54,6 +54,14 @@ inline double list_skin(const Packing &packing)
   return 0.25 * packing.mean_diameter;
 }
 
+/// Elastic energy of a pair and its force on the first particle at the last force computation, weighted.
+struct LoadedPair
+{
+  int i, j; ///< local; j may be a ghost
+  double energy;
+  Eigen::Vector3d force;
+};
+
 /// The rock bond as a granular pair style of LIGGGHTS: all pair forces of a step, then the force hook. RockBondLoop has the
 /// parts that depend on the dimension. Particles are those of the packing by tag = index + 1; particles with larger tags have
 /// no bonds.
@@ -82,9 +90,9 @@ public:
   double broken_count(int local) const;  ///< bonds of a particle that broke
   std::int64_t intact_bond_ends() const; ///< of this rank: 2 for a bond inside, 1 for one across ranks
   virtual std::vector<ActiveBond> bonds(const std::vector<char> &target) = 0; ///< see DemSide::bonds()
-  /// Energy of bonds and contacts [J], the share of this rank. @param ends if given: only of pairs with an end whose tag is
-  /// here
-  virtual double elastic_energy(const std::set<int> *ends = nullptr) = 0;
+  virtual double elastic_energy() = 0;                                        ///< of this rank [J]
+  /// All pairs with a bond or a contact, as listed; one across ranks is there on both.
+  virtual std::vector<LoadedPair> loaded_pairs() = 0;
   /// See DemSide::keep_contact_forces().
   virtual void keep_contact_forces(const Eigen::VectorXd &new_weights) = 0;
   Energies energies(); ///< of all ranks. Collective
@@ -134,6 +142,8 @@ protected:
   RockBondParameters parameters;
 
 private:
+  void tally(int eflag, int vflag);
+  void refuse_lists_of_contacts(bool list_asked_for) const;
   void refresh_ghosts();
   void check_intact_bonds();
   void create_bonds();

@@ -34,6 +34,9 @@ private:
   };
   void read_store(const std::string &path);
   void check_created_bonds() const override;
+  void check_step() const;
+  void check_tags() const;
+  LAMMPS_NS::FixPropertyAtom &tags() const; ///< of the particles at the last run
   bool damps_after_hook() const override { return false; }
 
   std::unique_ptr<Store> store;

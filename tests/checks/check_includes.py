@@ -43,7 +43,7 @@ ROOMS = {
     "dem_side/bond_network": ["dem_side/bond", "dem_side/packing", "dem_side/geometry"],
     "dem_side/engine": ["dem_side/dem_settings", "dem_side/particle_types", "dem_side/errors", *BELOW_ENGINE],
     "dem_side/generation": ["dem_side/engine", "dem_side/bond_network", "dem_side/bond", "dem_side/packing", "dem_side/geometry"],
-    "dem_side/script": ["dem_side/engine", "dem_side/dem_settings", "dem_side/particle_types", "dem_side/errors", *BELOW_ENGINE],
+    "dem_side/script": ["dem_side/engine", "dem_side/bond_network", "dem_side/dem_settings", "dem_side/particle_types", "dem_side/errors", *BELOW_ENGINE],
     "dem_side/dem_side": ["dem_side"],
 
     "coupler/base": BOTH_SIDES,

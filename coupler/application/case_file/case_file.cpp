@@ -371,6 +371,12 @@ ToolSettings read_tool(const Reader &reader)
   tool.stiffness_ratio = reader.number("Tool", "Stiffness ratio");
   tool.friction = reader.number("Tool", "Friction");
   tool.damping = reader.number("Tool", "Damping ratio");
+  // The tangential force of a contact is that of its dashpot up to Coulomb's limit. Platens that pull let the rock slide
+  // freely.
+  if (tool.present() && !tool.pulls() && tool.friction > 0. && tool.damping == 0.)
+    reader.fail("Tool", "Damping ratio",
+                "must be > 0 with Tool/Friction > 0, because friction acts through the dashpot and would "
+                "vanish; give 0.1, or Tool/Friction = 0");
   return tool;
 }
 
@@ -456,6 +462,13 @@ Strengths strengths_wanted(const Case &settings)
   wanted.target_compressive = settings.activation.compressive_strength;
   wanted.bond = settings.bond;
   return wanted;
+}
+
+ToolSettings read_tool_of_case(const std::string &directory)
+{
+  dealii::ParameterHandler handler;
+  read_handler(handler, directory, {});
+  return read_tool(Reader(handler, directory + "/case.prm"));
 }
 
 Case read_case(const std::string &directory, const std::vector<Override> &overrides)

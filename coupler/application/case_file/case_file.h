@@ -56,6 +56,8 @@ using Override = std::string;
 /// Reads DIRECTORY/case.prm. Unknown keys are errors. Throws InputError with file, section/key, the error and the allowed
 /// values.
 Case read_case(const std::string &directory, const std::vector<Override> &overrides);
+/// The section Tool alone, for scripts of an exported case: the files that the case names need not be there. Throws InputError.
+ToolSettings read_tool_of_case(const std::string &directory);
 
 /// The kind of packing, rock and bonds of a case, without results.
 Strengths strengths_wanted(const Case &settings);

@@ -139,15 +139,24 @@ void check_tool(const Case &settings, const fem::FemSide &fem)
 {
   if (settings.tool.kind != ToolKind::disc)
     return;
-  const double clearance = Tool::clearance(settings.tool, fem);
-  if (clearance < -1e-9 * settings.tool.radius) // more than the round-off of a disc that touches the surface
-  {
-    std::ostringstream text;
-    text << case_path(settings) << ": Tool/Path: the disc starts " << -clearance
-         << " m inside the rock, let its first way point be at least Tool/Radius = " << settings.tool.radius
-         << " m away from it";
-    throw InputError(text.str());
-  }
+  const ToolSettings &tool = settings.tool;
+  const double clearance = Tool::clearance(tool, fem);
+  const Eigen::Vector3d &first = tool.path.front().second;
+  // More than the round-off of a disc that touches the surface, of its radius and of its coordinates.
+  if (clearance >= -1e-9 * tool.radius - 1e-14 * first.norm())
+    return;
+  const double moved = (ToolPath(tool.path, tool.smoothing_time).position(0.) - first).norm();
+  std::ostringstream text;
+  text << case_path(settings) << ": Tool/Path: the disc starts " << -clearance << " m inside the rock";
+  if (moved > 0.)
+    text << ", since Tool/Smoothing time has moved the path by " << moved << " m at the start";
+  text << "; let the first way point be " << -clearance << " m farther away: at least Tool/Radius";
+  if (moved > 0.)
+    text << " and the way of the smoothing, " << tool.radius + moved << " m,";
+  else
+    text << " = " << tool.radius << " m";
+  text << " from the rock";
+  throw InputError(text.str());
 }
 
 /// A disc that touches cells larger than its contact finds too much resistance. Other modes convert such cells, or have

@@ -24,6 +24,10 @@ void check_refusal(Refusal refusal, const Case &settings, const fem::FemSide &fe
     throw InputError(ratio + "with Coupling/Method = " + settings.constraint.method + ", give less than 2");
   case Refusal::unstable_overlap:
     throw InputError(ratio + "in this overlap, give a smaller value");
+  case Refusal::too_much_damping:
+    throw InputError(case_path +
+                     ": Bond/Local damping, Coupling/Interface damping and Coupling/Penalty ratio together leave no "
+                     "stable time step, give a smaller value of one of them");
   case Refusal::cells_too_fine:
     throw InputError(case_path + ": Mesh/Cell size: the smallest cells have edges of " +
                      std::to_string(smallest_edge(fem.mesh()) / settings.packing.mean_diameter) +
@@ -42,9 +46,11 @@ double choose_time_step(const Case &settings, Mode mode, const StableSteps &stab
     std::ostringstream text;
     text << settings.directory << "/case.prm: Time/Time step = " << settings.time_step << " s is above the stable step "
          << stable.coupled << " s of mode " << name_of(mode) << " (finite elements " << stable.fem << " s, particles "
-         << stable.dem << " s); give a smaller step, or 0 for Time/Safety x stable step";
+         << stable.dem
+         << " s before Bond/Local damping, the dashpots of unequal pairs and the tool's contact lower it); give a "
+         << "smaller step, or 0 for Time/Safety x stable step";
     throw InputError(text.str());
   }
-  return settings.time_step > 0. ? settings.time_step : std::min(settings.safety * stable.elastic, stable.coupled);
+  return settings.time_step > 0. ? settings.time_step : std::min(settings.safety * stable.reference, stable.coupled);
 }
 } // namespace kerf

@@ -57,6 +57,16 @@ std::string areas_name(std::size_t number)
   return "absorb_" + std::to_string(number + 1) + ".data";
 }
 
+/// A word of a script that may hold blanks. Throws InputError when LIGGGHTS cannot read it.
+std::string quoted(const std::string &word)
+{
+  if (word.find_first_of(" \t#$&\"'") == std::string::npos)
+    return word;
+  if (word.find_first_of("\"\n") != std::string::npos)
+    throw InputError("the path " + word + " holds a quotation mark or a line break, which scripts of LIGGGHTS cannot name");
+  return '"' + word + '"';
+}
+
 /// Writes the script. Particles with the same boundary role form a LIGGGHTS type, so that groups take one line.
 class ScriptWriter
 {
@@ -154,7 +164,7 @@ private:
         << "              k_n " << bond.k_n << " k_t " << bond.k_t << " R_n " << bond.R_n << " R_t " << bond.R_t << " &\n"
         << "              shear_friction " << bond.shear_friction << " friction " << bond.friction << " damping "
         << bond.damping << " local_damping " << c.settings.local_damping << " &\n"
-        << "              store " << store << "\n"
+        << "              store " << quoted(store) << "\n"
         << "pair_coeff    * *\n"
         << "timestep      " << c.particles.time_step << "\n\n";
   }

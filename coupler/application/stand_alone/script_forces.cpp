@@ -94,7 +94,7 @@ private:
 std::unique_ptr<dem::ScriptForce> make_tool(const std::vector<std::string> &arguments, MPI_Comm comm)
 {
   Words words(arguments, "'case DIRECTORY k_n STIFFNESS', and for platens their faces at the start 'platens LOWER UPPER'");
-  ToolSettings settings = read_case(words.text("case"), {}).tool;
+  ToolSettings settings = read_tool_of_case(words.text("case"));
   const double k_n = words.not_negative("k_n");
   if (settings.kind == ToolKind::platens)
   {

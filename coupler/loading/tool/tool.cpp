@@ -18,12 +18,16 @@ double surface_stiffness(const ToolSettings &settings, int dim, double k_n, doub
   return settings.stiffness_ratio * k_n / (dim == 2 ? spacing : spacing * spacing);
 }
 
+double surface_damping(const ToolSettings &settings, double stiffness, double density, double mean_diameter)
+{
+  return 2. * settings.damping * std::sqrt(density * surface_resolution::particle_spacing * mean_diameter * stiffness);
+}
+
 Tool::Tool(const ToolSettings &settings, int dim, double k_n, double mean_diameter, double density, MPI_Comm comm)
   : settings(settings), law{settings.friction}, particle_stiffness(settings.stiffness_ratio * k_n), density(density),
     surface_stiffness(kerf::surface_stiffness(settings, dim, k_n, mean_diameter)),
-    surface_damping(2. * settings.damping *
-                    std::sqrt(density * surface_resolution::particle_spacing * mean_diameter * surface_stiffness)),
-    comm(comm), mean_diameter(mean_diameter)
+    surface_damping(kerf::surface_damping(settings, surface_stiffness, density, mean_diameter)), comm(comm),
+    mean_diameter(mean_diameter)
 {
   if (settings.kind == ToolKind::disc)
   {

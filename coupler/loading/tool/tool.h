@@ -26,6 +26,9 @@ constexpr double contact_share_of_step = 1.4;
 /// @param mean_diameter of the particles [m]
 double surface_stiffness(const ToolSettings &settings, int dim, double k_n, double mean_diameter);
 
+/// Its damping for such a stiffness [N s/m^3]. @param density of the rock [kg/m^3]
+double surface_damping(const ToolSettings &settings, double stiffness, double density, double mean_diameter);
+
 /// The tool: one or two rigid bodies in contact with particles and with the surface of the finite elements. Each contact has
 /// the weight of its side.
 class Tool

@@ -10,36 +10,36 @@ using Eigen::Vector3d;
 ToolPath::ToolPath(const std::vector<std::pair<double, Vector3d>> &way_points, double smoothing_time)
   : points(way_points), smoothing_time(smoothing_time)
 {
+  integrals.assign(points.size(), Vector3d::Zero());
+  for (std::size_t k = 1; k < points.size(); ++k) // exact: linear in between
+    integrals[k] = integrals[k - 1] + 0.5 * (points[k].first - points[k - 1].first) * (points[k - 1].second + points[k].second);
+}
+
+/// The first way point after the first one that is not before @p time; their number when all are.
+std::size_t ToolPath::end_of_segment(double time) const
+{
+  const auto before = [](const std::pair<double, Vector3d> &point, double t) { return point.first < t; };
+  return std::lower_bound(points.begin() + 1, points.end(), time, before) - points.begin();
 }
 
 Vector3d ToolPath::polygon(double time) const
 {
   if (time <= points.front().first)
     return points.front().second;
-  for (std::size_t k = 1; k < points.size(); ++k)
-    if (time <= points[k].first)
-    {
-      const double s = (time - points[k - 1].first) / (points[k].first - points[k - 1].first);
-      return (1. - s) * points[k - 1].second + s * points[k].second;
-    }
-  return points.back().second;
+  const std::size_t k = end_of_segment(time);
+  if (k == points.size())
+    return points.back().second;
+  const double s = (time - points[k - 1].first) / (points[k].first - points[k - 1].first);
+  return (1. - s) * points[k - 1].second + s * points[k].second;
 }
 
 Vector3d ToolPath::integral(double time) const
 {
-  Vector3d sum = Vector3d::Zero();
-  double from = points.front().first;
-  if (time <= from)
-    return (time - from) * points.front().second;
-  for (std::size_t k = 1; k < points.size() && from < time; ++k)
-  {
-    const double to = std::min(time, points[k].first);
-    sum += 0.5 * (to - from) * (polygon(from) + polygon(to)); // exact: linear in between
-    from = to;
-  }
-  if (time > points.back().first)
-    sum += (time - points.back().first) * points.back().second;
-  return sum;
+  if (time <= points.front().first)
+    return (time - points.front().first) * points.front().second;
+  const std::size_t k = end_of_segment(time) - 1;
+  const auto &[from, place] = points[k];
+  return integrals[k] + 0.5 * (time - from) * (place + polygon(time));
 }
 
 Vector3d ToolPath::position(double time) const
@@ -53,9 +53,10 @@ Vector3d ToolPath::velocity(double time) const
 {
   if (smoothing_time > 0.)
     return (polygon(time + 0.5 * smoothing_time) - polygon(time - 0.5 * smoothing_time)) / smoothing_time;
-  for (std::size_t k = 1; k < points.size(); ++k)
-    if (time >= points[k - 1].first && time < points[k].first)
-      return (points[k].second - points[k - 1].second) / (points[k].first - points[k - 1].first);
-  return Vector3d::Zero();
+  const auto later = [](double t, const std::pair<double, Vector3d> &point) { return t < point.first; };
+  const std::size_t k = std::upper_bound(points.begin(), points.end(), time, later) - points.begin();
+  if (k == 0 || k == points.size())
+    return Vector3d::Zero();
+  return (points[k].second - points[k - 1].second) / (points[k].first - points[k - 1].first);
 }
 } // namespace kerf

@@ -18,14 +18,16 @@ public:
   ToolPath(const std::vector<std::pair<double, Eigen::Vector3d>> &way_points, double smoothing_time);
 
   Eigen::Vector3d position(double time) const; ///< [m]
-  Eigen::Vector3d velocity(double time) const; ///< [m/s]
+  Eigen::Vector3d velocity(double time) const; ///< [m/s]; the cost grows with the logarithm of the number of way points
 
 private:
+  std::size_t end_of_segment(double time) const;
   Eigen::Vector3d polygon(double time) const;
   /// Integral of the polygon from the time of the first way point on [m s].
   Eigen::Vector3d integral(double time) const;
 
   std::vector<std::pair<double, Eigen::Vector3d>> points;
+  std::vector<Eigen::Vector3d> integrals; // up to each way point [m s]
   double smoothing_time = 0.;
 };
 } // namespace kerf

@@ -65,9 +65,10 @@ public:
 enum class Refusal
 {
   none,
-  ratio_too_large, ///< unstable at any time step: Coupling/Penalty ratio of two or more
-  cells_too_fine,  ///< too few particles in a cell for means around nodes
-  unstable_overlap ///< unstable at any time step in the overlap of the case
+  ratio_too_large,  ///< unstable at any time step: Coupling/Penalty ratio of two or more
+  cells_too_fine,   ///< too few particles in a cell for means around nodes
+  unstable_overlap, ///< unstable at any time step in the overlap of the case
+  too_much_damping  ///< damping and scaled penalty alone are unstable at any time step
 };
 
 /// Constrains the particles of the overlap to the displacement field of the finite elements,

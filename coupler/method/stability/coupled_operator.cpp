@@ -212,8 +212,8 @@ void CoupledOperator::remove_masses_of_held(const std::vector<TiedParticle> &tie
       }
 }
 
-/// Adds K x of both sides to @p force.
-void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force) const
+/// Adds (stiff K + viscous C) x of both sides to @p force.
+void CoupledOperator::add_sides(double stiff, double viscous, const Eigen::VectorXd &x, Eigen::VectorXd &force) const
 {
   Eigen::VectorXd local, cell_force;
   for (const Cell &cell : cells)
@@ -224,9 +224,9 @@ void CoupledOperator::add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force
       local.segment(dim * a, dim) = x.segment(cell.dof[a], dim);
     cell_force.noalias() = cell.K * local;
     for (int a = 0; a < n; ++a)
-      force.segment(cell.dof[a], dim) += cell_force.segment(dim * a, dim);
+      force.segment(cell.dof[a], dim) += stiff * cell_force.segment(dim * a, dim);
   }
-  network->add_product(x.tail(network->n_dofs()), force.tail(network->n_dofs()));
+  network->add_sum(stiff, viscous, x.tail(network->n_dofs()), force.tail(network->n_dofs()));
 }
 
 /// Applies the operator, which is symmetric in y, the motion times the square root of the mass. The constraint must allow y.
@@ -235,8 +235,7 @@ void CoupledOperator::apply(double dt, const std::vector<double> &coefficients, 
 {
   const Eigen::VectorXd x = inverse_root_mass.cwiseProduct(y);
   Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs());
-  add_sides(x, force);
-  force *= dt * dt;
+  add_sides(dt * dt, 2. * dt, x, force);
   dim == 2 ? pull<2>(coefficients, x, force) : pull<3>(coefficients, x, force);
   result = inverse_root_mass.cwiseProduct(force);
   if (restriction)
@@ -270,47 +269,45 @@ double CoupledOperator::highest(double dt, double tolerance, int max_products)
   return found.value;
 }
 
-CoupledOperator::Quotient CoupledOperator::quotient(const Eigen::VectorXd &y, double dt) const
+CoupledOperator::Quotient CoupledOperator::quotient(const Eigen::VectorXd &y) const
 {
   Quotient result;
+  const double length2 = y.squaredNorm();
   const Eigen::VectorXd x = inverse_root_mass.cwiseProduct(y);
-  Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs());
-  add_sides(x, force);
-  result.square = x.dot(force) / y.squaredNorm();
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(n_dofs()), viscous_force = Eigen::VectorXd::Zero(n_dofs());
+  add_sides(1., 0., x, force);
+  add_sides(0., 2., x, viscous_force);
+  result.square = x.dot(force) / length2;
+  result.linear = x.dot(viscous_force) / length2;
   for (const OperatorTie &tie : ties)
-  {
-    const double squared_gap = dim == 2 ? gap<2>(tie, x).squaredNorm() : gap<3>(tie, x).squaredNorm();
-    double value[3];
-    // Values at three steps determine the three coefficients exactly, since the polynomial is quadratic.
-    for (int s = 0; s < 3; ++s)
-      value[s] = constraint.operator_coefficient(tie, dt * std::pow(2., s - 1)) * squared_gap / y.squaredNorm();
-    const double square = (value[2] - 3. * value[1] + 2. * value[0]) / 1.5;
-    const double linear = 2. * (value[1] - value[0]) - 1.5 * square;
-    result.square += square / (dt * dt);
-    result.linear += linear / dt;
-    result.constant += value[1] - square - linear;
-  }
+    result.gap2.push_back((dim == 2 ? gap<2>(tie, x).squaredNorm() : gap<3>(tie, x).squaredNorm()) / length2);
   return result;
 }
 
-double CoupledOperator::Quotient::step_at(double lambda) const
+double CoupledOperator::value_of(const Quotient &quotient, double dt) const
 {
-  const double left = lambda - constant;
-  if (left <= 0. || square <= 0.)
-    return 0.;
-  return (std::sqrt(linear * linear + 4. * square * left) - linear) / (2. * square);
+  double value = quotient.square * dt * dt + quotient.linear * dt;
+  for (std::size_t k = 0; k < ties.size(); ++k)
+    value += constraint.operator_coefficient(ties[k], dt) * quotient.gap2[k];
+  return value;
 }
 
-double CoupledOperator::stable_step(double guess)
+double CoupledOperator::stable_step(double guess, double limit)
 {
+  constexpr double farthest = 4.; // steps so far away have another mode
   double dt = guess;
-  for (int iteration = 0; iteration < 6; ++iteration)
+  for (int iteration = 0; iteration < 10; ++iteration)
   {
     highest(dt, 1e-3, 400);
-    const double next = quotient(mode, dt).step_at(4.);
-    const bool settled = std::abs(next - dt) < 1e-3 * dt;
-    dt = next;
-    if (settled || dt == 0.)
+    const Quotient of_mode = quotient(mode);
+    double lower = 0., upper = farthest * dt;
+    for (int k = 0; k < 60; ++k)
+      (value_of(of_mode, 0.5 * (lower + upper)) <= limit ? lower : upper) = 0.5 * (lower + upper);
+    const bool settled = std::abs(lower - dt) < 1e-3 * dt;
+    dt = lower;
+    if (dt < 1e-9 * guess) // springs and damping that scale with the masses are above the limit at any step
+      return 0.;
+    if (settled)
       break;
   }
   return dt;

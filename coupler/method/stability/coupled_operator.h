@@ -14,7 +14,8 @@
 namespace kerf
 {
 /// The coupled model linearised about the undeformed state, or the part of it in a box: weighted finite elements, weighted
-/// bonds and the constraint. Velocity Verlet with damping forces from the velocities of half a step before is stable while
+/// bonds with their dashpots and the constraint. Velocity Verlet with damping forces from the velocities of half a step before
+/// is stable while
 ///   lambda_max(M^-1 (dt^2 K + 2 dt C)) <= 4,
 /// on the motions that the multipliers allow (root z = -1 of the amplification matrix; Belytschko, Liu & Moran 2000, sec. 6.2).
 /// Theory (8.1). The operator is the same on every rank.
@@ -33,8 +34,8 @@ public:
   /// lambda_max [-] for the step @p dt [s], by highest_mode(). The iteration starts from the highest mode that this or an
   /// earlier operator found (see take_mode()).
   double highest(double dt, double tolerance, int max_products);
-  /// Largest stable step [s]; 0: no step is stable. @param guess step of the same order [s]
-  double stable_step(double guess);
+  /// Largest step at which lambda_max is not above @p limit [s]; 0: there is none. @param guess step of the same order [s]
+  double stable_step(double guess, double limit = 4.);
 
   /// Uses the highest mode of the operator before a conversion as the start of the next iteration. Nodes and particles are
   /// matched.
@@ -50,11 +51,11 @@ private:
     std::vector<int> dof; ///< first degree of freedom of each node
     fem::CellStiffness K; ///< stiffness of these nodes; hanging nodes are condensed into their masters
   };
-  /// Rayleigh quotient of a fixed motion as a polynomial in the step: square dt^2 + linear dt + constant.
+  /// Rayleigh quotient of a fixed motion for any step.
   struct Quotient
   {
-    double square = 0., linear = 0., constant = 0.;
-    double step_at(double lambda) const;
+    double square = 0., linear = 0.; ///< of the sides, by the power of the step
+    std::vector<double> gap2;        ///< squared gap of each tie
   };
 
   void add_cells(const fem::FemSide &fem, const Box &part, MPI_Comm comm);
@@ -63,9 +64,10 @@ private:
   void replace_rows(const std::vector<TieRow> &rows, const std::vector<TiedParticle> &tied);
   void remove_masses_of_held(const std::vector<TiedParticle> &tied);
   void apply(double dt, const std::vector<double> &coefficients, const Eigen::VectorXd &y, Eigen::VectorXd &result) const;
-  void add_sides(const Eigen::VectorXd &x, Eigen::VectorXd &force) const;
+  void add_sides(double stiff, double viscous, const Eigen::VectorXd &x, Eigen::VectorXd &force) const;
   Eigen::VectorXd start() const;
-  Quotient quotient(const Eigen::VectorXd &y, double dt) const;
+  Quotient quotient(const Eigen::VectorXd &y) const;
+  double value_of(const Quotient &quotient, double dt) const;
 
   const Constraint &constraint;
   int dim;

@@ -12,11 +12,15 @@ namespace kerf
 /// Stable steps of both sides and of the coupled model [s].
 struct StableSteps
 {
-  double fem = 0.;     ///< 2/omega_max of the finite elements
-  double dem = 0.;     ///< limit of the particles, bonded or broken, with contact damping and the contact stiffness of the tool
-  double overlap = 0.; ///< limit of the weighted, constrained model around the overlap; 0: not computed
-  double elastic = 0.; ///< limit of the coupled model without local damping; Time/Safety is a fraction of it
-  double coupled = 0.; ///< largest step that a run may use; local damping reduces it
+  double fem = 0.; ///< 2/omega_max of the finite elements, with the contact stiffness of the tool
+  /// Of the particles, bonded or broken, with the contact damping of a pair of mean particles and the contact stiffness of the
+  /// tool.
+  double dem = 0.;
+  /// Smallest limit of the sides and of the weighted, constrained model, damped like dem. Time/Safety is a fraction of it.
+  double reference = 0.;
+  /// Largest step that a run may use: with the dashpots of every pair, local damping and the contact of the tool.
+  double coupled = 0.;
+  double overlap = 0.;             ///< the same for the model around the overlap alone; 0: not computed
   Refusal refusal = Refusal::none; ///< reason why no step is stable
 };
 
@@ -25,11 +29,11 @@ struct StableSteps
 /// sides is reduced by the bound omega^2 dt^2 + beta <= 4 of the constraint. Constant springs do not scale with the masses; for
 /// them the operator of an overlap in the middle of the mesh is evaluated too. During the run StabilityMonitor evaluates the
 /// operator of the real overlap after each conversion. Leaves the weights of @p fem at one. When no step is stable, the refusal
-/// gives the reason. Collective. Theory (8.10), (8.11).
+/// gives the reason. Collective. Theory (8.6) - (8.14).
 StableSteps stable_steps(const ModelSettings &settings, Mode mode, fem::FemSide &fem, const dem::Packing &packing,
                          Constraint &constraint, MPI_Comm comm);
 
-/// Bond stiffnesses and density of the particles, for NetworkOperator.
+/// Bond stiffnesses, damping and density of the particles, for NetworkOperator.
 dem::NetworkOperator::Material bond_material(const ModelSettings &settings, const dem::Packing &packing);
 
 /// Shortest edge of all cells [m].

@@ -55,7 +55,7 @@ TEST(CoupledLimit, IsThatOfRuns)
   std::mt19937 random(5);
   const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
   const std::string methods[] = {"penalty", "penalty_mass_scaled", "weak_multipliers"};
-  for (int combination = 0; combination < 24; ++combination)
+  for (int combination = 0; combination < 36; ++combination)
   {
     Strip shape;
     shape.random = combination % 2;
@@ -66,7 +66,7 @@ TEST(CoupledLimit, IsThatOfRuns)
     shape.overlap = std::uniform_int_distribution<int>(2, 5)(random);
     shape.cell = std::uniform_int_distribution<int>(3, 6)(random);
     StripCase strip(shape);
-    strip.settings.bond.damping = 0.;
+    strip.settings.bond.damping = combination < 24 ? 0. : uniform(0.05, 0.6);
     strip.settings.constraint.method = methods[(combination / 2) % 3];
     const bool scaled = strip.settings.constraint.method == "penalty_mass_scaled";
     strip.settings.constraint.penalty_ratio = scaled ? uniform(0.1, 1.2) : std::exp(uniform(std::log(0.05), std::log(5.)));
@@ -76,11 +76,18 @@ TEST(CoupledLimit, IsThatOfRuns)
     const auto fem = Body::make_fem(strip.settings);
     const double limit = test::stable_steps_of(strip.settings, Mode::fixed, *fem, strip.packing).overlap;
     SCOPED_TRACE(testing::Message() << (shape.random ? "random " : "lattice ")
-                                    << (strip.settings.constraint.corrector ? "corrected " : "")
-                                    << strip.settings.constraint.method << ", ratio " << strip.settings.constraint.penalty_ratio
-                                    << ", overlap of " << shape.overlap << " cells of " << shape.cell << ", limit " << limit);
+                                    << (strip.settings.constraint.corrector ? "corrected " : "") << "damping ratio "
+                                    << strip.settings.bond.damping << " " << strip.settings.constraint.method << ", ratio "
+                                    << strip.settings.constraint.penalty_ratio << ", overlap of " << shape.overlap
+                                    << " cells of " << shape.cell << ", limit " << limit);
     ASSERT_GT(limit, 0.);
     EXPECT_TRUE(is_stable(strip, 0.98 * limit, 1500));
     EXPECT_FALSE(is_stable(strip, 1.02 * limit, 1500));
+    if (combination < 24)
+      continue;
+    strip.settings.local_damping = uniform(0.1, 0.9);
+    const double damped = test::stable_steps_of(strip.settings, Mode::fixed, *fem, strip.packing).overlap;
+    EXPECT_LT(damped, limit);
+    EXPECT_TRUE(is_stable(strip, 0.98 * damped, 1500)) << "local damping " << strip.settings.local_damping;
   }
 }
