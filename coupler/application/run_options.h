@@ -17,6 +17,8 @@ struct RunOptions
   std::vector<Override> overrides;
   std::string output; ///< empty: results/CASE, or results/CASE_MODE when @p mode differs from that of the case
   bool overwrite = false;
+  bool force = false; ///< goes on when the estimated memory exceeds that of the machine
+  bool pack = false;  ///< check: generates a missing store
 
   std::string results_directory() const;
 };

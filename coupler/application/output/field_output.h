@@ -46,7 +46,6 @@ private:
 
   std::string directory;
   MPI_Comm comm;
-  bool first_rank;
   std::vector<std::pair<double, std::string>> stamps; // time, text in file names
 };
 } // namespace kerf

@@ -10,10 +10,13 @@
 #include "dem_side/bond_network/bond_network.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <iomanip>
 #include <sstream>
+#include <unistd.h>
 
 namespace kerf
 {
@@ -31,7 +34,7 @@ auto as_input_error(const std::string &place, const Action &action)
   {
     if (is_bug(error))
       throw;
-    throw InputError(place + error.what());
+    throw InputError(place + error_line(error));
   }
 }
 
@@ -165,6 +168,10 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
         packing = dem::load_packing(settings.packing_file);
       else
       {
+        // Generation takes minutes: the file is tried before.
+        const std::string folder = std::filesystem::path(settings.packing_file).parent_path().string();
+        if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
+          throw InputError(shown(settings.packing_file) + ": cannot be written, " + std::strerror(errno));
         dem::PackingSettings target = settings.packing;
         target.lower = space.box.lower;
         target.upper = space.box.upper;
