@@ -43,8 +43,13 @@ int main(int argc, char **argv)
     ending.code = liggghts(argc - 1, argv + 1);
   else
     ending = kerf::run_command_line({argv + 1, argv + argc}, MPI_COMM_WORLD);
+  int n_ranks = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &n_ranks);
+  const bool draws = rank == 0 && !ending.results.empty(), killed_soon = ending.code == 130 && n_ranks > 1;
+  if (draws && killed_soon)
+    kerf::draw_figures(ending.results, true);
   MPI_Finalize();
-  if (rank == 0 && !ending.results.empty())
+  if (draws && !killed_soon)
     kerf::draw_figures(ending.results); // after MPI has ended: no processes are started beside its threads
   return ending.code;
 }

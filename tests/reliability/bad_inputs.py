@@ -16,7 +16,7 @@ passed = failed = 0
 
 
 def listing(directory):
-    return sorted((os.path.join(root, name), os.stat(os.path.join(root, name)).st_mtime_ns)
+    return sorted((os.path.join(root, name), os.lstat(os.path.join(root, name)).st_mtime_ns)
                   for root, _, names in os.walk(directory) for name in names)
 
 
@@ -60,7 +60,7 @@ with tempfile.TemporaryDirectory() as work:
         return lambda text: text.replace(old, new)
 
     bad("unknown_key", change("set Sigma star", "set Sigma stat"), "Adaptivity/Sigma stat", "Adaptivity/Sigma star")
-    bad("unknown_key_on_two_ranks", change("set Sigma star", "set Sigma stat"), "nearest valid key", ranks=2)
+    bad("unknown_key_on_two_ranks", change("set Sigma star", "set Sigma stat"), "the nearest valid key is", ranks=2)
     bad("unknown_section", change("subsection Rock", "subsection Rocks"), "Rocks/Density", "Rock/Density")
     bad("out_of_range", change("ratio        = 0.2", "ratio        = 0.7"), "Rock/Poisson ratio", "0.7", "[0, 0.499]")
     bad("not_a_number", change("Density              = 2400", "Density = heavy"), "Rock/Density", "heavy", "> 0")
@@ -121,6 +121,45 @@ with tempfile.TemporaryDirectory() as work:
         right = narrow.returncode == 0 and ("warning: Coupling/Overlap width is 1 cells" in narrow.stdout) == warned
         passed, failed = passed + right, failed + (not right)
         print(("ok      " if right else "FAILED  ") + f"overlap of {width} d, warning {warned}")
+
+    # Numbers, names and paths at the ends of their ranges.
+    def refused(name, arguments, *words):
+        expect(name, arguments, *words, cwd=work)
+
+    refused("boundary_number", ["check", good, "--set", "Boundary/Conditions=99999999999: fixed"], "Boundary/Conditions", "nine digits")
+    refused("hexadecimal", ["check", good, "--set", "Tool/Path=0 0x10 1"], "Tool/Path", "3 numbers")
+    refused("infinite", ["check", good, "--set", "Tool/Path=0 0.024 inf"], "Tool/Path", "3 numbers")
+    refused("key_of_2000_letters", ["check", good, "--set", f"Rock/{'k' * 2000}=1"], "k" * 80 + "...,", "Rock/")
+    refused("value_of_2000_letters", ["check", good, "--set", f"Rock/Density={'k' * 2000}"], "'" + "k" * 80 + "...'", "Rock/Density")
+    refused("unprintable", ["check", good, "--set", "Rock/Density=\x1b[31m\n7\x07"], "'?[31m 7?'", "Rock/Density")
+    refused("key_of_its_section", ["check", good, "--set", "Mesh/Tensile strength=1"], "the nearest valid key is Mesh/")
+    for command in ("run", "export"):
+        refused(f"long_name_{command}", [command, good, "--output", "k" * 300], "k" * 80 + "...: File name too long")
+        refused(f"long_path_{command}", [command, good, "--output", "kk/" * 2000], "File name too long")
+    os.symlink("loop", os.path.join(work, "loop"))
+    refused("loop_of_links", ["run", good, "--output", os.path.join(work, "loop")], "symbolic links")
+    refused("case_in_a_loop", ["check", os.path.join(work, "loop")], "symbolic links")
+    refused("long_case", ["check", "k" * 300], "File name too long")
+    refused("results_below_a_file", ["run", good, "--output", os.path.join(good, "case.prm", "r")], "Not a directory")
+    refused("results_in_proc", ["run", good, "--output", "/proc/results"], "cannot be made")
+    refused("store_in_no_directory", ["pack", good, "--set", "Packing/File=no/where.h5"], "where.h5", "No such file or directory")
+    os.mkfifo(os.path.join(work, "pipe"))
+    mesh = ["--set", "Boundary/Conditions=y < 1e-6: fixed", "--set"]
+    for name, path in (("device", "/dev/zero"), ("pipe", os.path.join(work, "pipe")), ("directory", work)):
+        refused("mesh_is_a_" + name, ["check", good, *mesh, "Mesh/File=" + path], "Mesh/File", path, "is no file")
+        refused("store_is_a_" + name, ["check", good, "--set", "Packing/File=" + path], "Packing/File", path, "is no file")
+        refused("surface_is_a_" + name, ["check", good, "--set", "Packing/Surface=" + path], "Packing/Surface", path, "is no file")
+    os.makedirs(os.path.join(work, "piped"))
+    os.mkfifo(os.path.join(work, "piped", "case.prm"))
+    refused("case_is_a_pipe", ["check", os.path.join(work, "piped")], "case.prm is no file")
+    for name, words in (("unknown_word", ["blah"]), ("no_case", ["run"]), ("unknown_option", ["check", good, "--ovewrite"]),
+                        ("unknown_mode", ["run", good, "--mode", "x"]), ("mode_twice", ["run", good, "--mode", "fem", "--mode", "dem"])):
+        refused(name, words, "command line: ", "kerf --help")
+    for name, setting in (("time", "Loads/Gravity ramp=1e-310"), ("smoothing", "Tool/Smoothing time=4e-320"),
+                          ("component", "Loads/Gravity=1e-310, 0")):
+        result = kerf_runner.run(KERF, ["check", good, "--mode", "fem", "--set", setting], cwd=work)
+        passed, failed = passed + (result.returncode == 0), failed + (result.returncode != 0)
+        print(("ok      " if result.returncode == 0 else "FAILED  ") + f"denormal {name} is zero: {result.stderr.strip()}")
 
     # Files that kerf did not write are never replaced, the case itself least of all.
     held = os.path.join(work, "held")

@@ -156,7 +156,7 @@ private:
   void loop()
   {
     caught_signal = n_signals = 0;
-    for (const int number : {SIGINT, SIGTERM}) // they stay caught until the output is written
+    for (const int number : {SIGINT, SIGTERM, SIGUSR1}) // they stay caught until the output is written; mpirun passes on the last
       std::signal(number, remember_signal);
     while (model->step() < n_steps)
     {

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <fcntl.h>
 #include <iostream>
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -27,6 +29,21 @@ std::size_t terminal_width()
 
 /// Seconds between lines of progress: in a terminal, in a file or pipe, and in the log.
 constexpr double pause_terminal = 0.2, pause_other = 10., pause_log = 60.;
+
+/// Whether the output goes to a terminal. mpirun gives its ranks terminals of its own: then its own output decides.
+bool writes_to_terminal()
+{
+  if (isatty(STDOUT_FILENO) == 0)
+    return false;
+  if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr)
+    return true;
+  const std::string path = "/proc/" + std::to_string(getppid()) + "/fd/1";
+  const int output = open(path.c_str(), O_WRONLY | O_NOCTTY);
+  const bool terminal = output >= 0 && isatty(output) != 0;
+  if (output >= 0)
+    close(output);
+  return terminal;
+}
 } // namespace
 
 std::string clock_text(double seconds)
@@ -40,7 +57,7 @@ std::string clock_text(double seconds)
   return text;
 }
 
-Console::Console(bool active) : active(active), terminal(isatty(STDOUT_FILENO) != 0) {}
+Console::Console(bool active) : active(active), terminal(writes_to_terminal()) {}
 
 void Console::log_to(const std::string &path)
 {
