@@ -21,5 +21,13 @@ struct RunOptions
   bool pack = false;  ///< check: generates a missing store
 
   std::string results_directory() const;
+  /// The case with these options. Throws InputError.
+  Case read() const { return read(overrides); }
+  Case read(const std::vector<Override> &with) const
+  {
+    Case settings = read_case(case_directory, with);
+    settings.force = force;
+    return settings;
+  }
 };
 } // namespace kerf

@@ -309,7 +309,7 @@ int calibrate_case(const RunOptions &options, MPI_Comm comm)
   Console console(rank == 0);
   std::vector<Override> overrides = options.overrides;
   overrides.push_back("Bond/Strength=given"); // the strengths are searched here
-  const Case settings = read_case(options.case_directory, overrides);
+  const Case settings = options.read(overrides);
   const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);
   dem::Packing store;
   build_packing(settings, *fem, store, console, comm);

@@ -76,7 +76,7 @@ int check_case(const RunOptions &options, MPI_Comm comm)
   int n_ranks = 1;
   MPI_Comm_size(comm, &n_ranks);
   Console console(rank == 0);
-  const Case settings = read_case(options.case_directory, options.overrides);
+  const Case settings = options.read();
   const Mode mode = options.mode.value_or(settings.mode);
   const auto problem = set_up_problem(settings, mode, console, comm);
 
@@ -110,7 +110,7 @@ int pack_case(const RunOptions &options, MPI_Comm comm)
 {
   const int rank = rank_of(comm);
   Console console(rank == 0);
-  const Case settings = read_case(options.case_directory, options.overrides);
+  const Case settings = options.read();
   const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);
   dem::Packing packing;
   build_packing(settings, *fem, packing, console, comm);

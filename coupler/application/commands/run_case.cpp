@@ -63,7 +63,7 @@ public:
   Ending execute()
   {
     // All input errors are found before the results directory is changed.
-    const Case settings = read_case(options.case_directory, options.overrides);
+    const Case settings = options.read();
     check_results_directory(directory, options.case_directory, options.overwrite);
     mode = options.mode.value_or(settings.mode);
     problem = set_up_problem(settings, mode, console, comm);
@@ -156,7 +156,8 @@ private:
   void loop()
   {
     caught_signal = n_signals = 0;
-    for (const int number : {SIGINT, SIGTERM, SIGUSR1}) // they stay caught until the output is written; mpirun passes on the last
+    for (const int number :
+         {SIGINT, SIGTERM, SIGUSR1}) // they stay caught until the output is written; mpirun passes on the last
       std::signal(number, remember_signal);
     while (model->step() < n_steps)
     {

@@ -154,7 +154,7 @@ public:
   {
     Console console(rank == 0);
     const std::string directory = options.results_directory();
-    Case settings = read_case(options.case_directory, overrides_of({}));
+    Case settings = options.read(overrides_of({}));
     check_results_directory(directory, options.case_directory, options.overwrite);
     if (settings.mode == Mode::fem || settings.mode == Mode::dem)
       settings.mode = Mode::fixed;
@@ -211,7 +211,7 @@ private:
     Outcome outcome;
     try
     {
-      Case settings = read_case(options.case_directory, overrides_of(point.overrides));
+      Case settings = options.read(overrides_of(point.overrides));
       const double damping = settings.bond.damping;
       settings.given_stiffness = true;
       settings.bond = bond;

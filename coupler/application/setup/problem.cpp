@@ -2,6 +2,7 @@
 #include "coupler/application/setup/problem.h"
 
 #include "coupler/application/setup/packing_domain.h"
+#include "coupler/application/setup/size_limits.h"
 #include "coupler/application/setup/time_step.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
@@ -150,6 +151,10 @@ dem::Packing no_packing(const Case &settings, const Box &body)
 
 std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 {
+  int n_ranks = 1;
+  MPI_Comm_size(comm, &n_ranks);
+  check_mesh_size(settings, n_ranks);
+  check_contact_points(settings, n_ranks);
   fem::Settings body = settings.body;
   body.comm = comm;
   return as_input_error(case_path(settings) + ": Mesh: ", [&] { return fem::make_fem_side(body); });
@@ -172,6 +177,7 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
         const std::string folder = std::filesystem::path(settings.packing_file).parent_path().string();
         if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
           throw InputError(shown(settings.packing_file) + ": cannot be written, " + std::strerror(errno));
+        check_particle_number(settings, estimate_particles(settings.packing, space.volume), 1);
         dem::PackingSettings target = settings.packing;
         target.lower = space.box.lower;
         target.upper = space.box.upper;

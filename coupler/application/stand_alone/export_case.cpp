@@ -288,7 +288,7 @@ int export_case(const RunOptions &options, MPI_Comm comm)
 {
   const int rank = rank_of(comm);
   Console console(rank == 0);
-  const Case settings = read_case(options.case_directory, options.overrides);
+  const Case settings = options.read();
   const std::string directory = options.output.empty() ? "results/" + settings.name + "_liggghts" : options.output;
   const std::string script = directory + "/" + script_name;
   check_results_directory(directory, options.case_directory, options.overwrite);
