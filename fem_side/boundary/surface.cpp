@@ -107,6 +107,8 @@ Surface<dim>::Surface(const NodalSpace<dim> &space, const double spacing)
     face.turn = geometry.turn;
     face.parts = geometry.parts;
     face.first_point = n_points;
+    if (std::pow(2. * geometry.parts, dim - 1) + n_points > most_points)
+      too_many_points(spacing);
     n_points += face.n_points();
     faces.push_back(face);
     positions.push_back(geometry.X);

@@ -5,6 +5,7 @@
 usage: bad_inputs.py KERF SMALL_CASE
 """
 import os
+import subprocess
 import sys
 import tempfile
 
@@ -160,6 +161,55 @@ with tempfile.TemporaryDirectory() as work:
         result = kerf_runner.run(KERF, ["check", good, "--mode", "fem", "--set", setting], cwd=work)
         passed, failed = passed + (result.returncode == 0), failed + (result.returncode != 0)
         print(("ok      " if result.returncode == 0 else "FAILED  ") + f"denormal {name} is zero: {result.stderr.strip()}")
+
+    # What does not fit into the machine is refused before it is made.
+    for name, setting, words in (
+            ("cells", "Mesh/Cell size=1e-9", ("Mesh/Cell size = 1e-09", "cells, kerf can number")),
+            ("cell_of_no_size", "Mesh/Cell size=1e-300", ("Mesh/Cell size", "cells, kerf can number")),
+            ("refined_cells", "Mesh/Refine=0 0 0.1 0.1 8; 0 0 0.1 0.1 8; 0 0 0.1 0.1 8; 0 0 0.1 0.1 8; 0 0 0.1 0.1 8", ("Mesh/Refine", "GB")),
+            ("contact_points", "Packing/Mean diameter=1e-9", ("Packing/Mean diameter = 1e-09", "contact points", "--force")),
+            ("particles", "Packing/Mean diameter=1e-6", ("Packing/Mean diameter = 1e-06", "particles", "--force")),
+            ("steps", "Time/End time=1e300", ("Time/End time", "steps"))):
+        memory = f"ulimit -v 8000000; exec {KERF} check {good} --set '{setting}' --set Packing/File=new.h5 --mode " + (
+            "adaptive" if name == "particles" else "fem")
+        result = subprocess.run(["bash", "-c", memory], cwd=work, capture_output=True, text=True, timeout=20)
+        right = result.returncode == 2 and result.stderr.startswith("kerf: ") and len(result.stderr.splitlines()) == 1 and all(
+            word in result.stderr for word in words)
+        passed, failed = passed + right, failed + (not right)
+        print(("ok      " if right else "FAILED  ") + f"too many {name}: {result.stderr.strip()}")
+
+    # Conditions that contradict each other, and those that are probably not meant.
+    for name, settings, words in (
+            ("roller_and_velocity", ("Boundary/Conditions=left: roller; x < 1e-6: velocity 1 0",), ("Boundary/Conditions", "contradict")),
+            ("fixed_and_traction", ("Boundary/Conditions=left: fixed; left: traction 0 1e5",), ("Boundary/Conditions", "contradict")),
+            ("in_situ_without_stress", ("Boundary/Conditions=left: in_situ",), ("Boundary/Conditions", "Loads/Initial stress")),
+            ("refined_outside", ("Mesh/Refine=1 1 2 2 1",), ("Mesh/Refine", "outside of the mesh")),
+            ("overlap_below_a_particle", ("Coupling/Overlap width=0.5",), ("Coupling/Overlap width", "narrower than a particle"))):
+        refused(name, ["check", good] + [word for setting in settings for word in ("--set", setting)], *words)
+    for name, setting, words in (
+            ("roller and traction", "Boundary/Conditions=left: roller; x < 1e-6: traction 0 1e5; bottom: fixed; y < 1e-6: fixed", ""),
+            ("stress at free sides", "Loads/Initial stress=-1e6 -1e6 0", "Loads/Initial stress acts on free faces"),
+            ("stress along free sides", "Loads/Initial stress=-1e6 0 0", ""),
+            ("disc that stays away", "Tool/Path=0 0.024 0.05; 1 0.024 0.06", "Tool/Path: the disc stays at least 0.006"),
+            ("disc that comes later", "Tool/Path=0 0.024 0.05; 1 0.024 0.03", "Tool/Path: the disc stays"),
+            ("sigma* above the strength", "Adaptivity/Sigma star=1e9", "Adaptivity/Sigma star: sigma* = 1000 MPa"),
+            ("held specimen", "Tool/Kind=platens", "Boundary/Conditions: roller")):
+        result = kerf_runner.run(KERF, ["check", good, "--set", setting], cwd=work)
+        said = [line for line in result.stdout.splitlines() if line.startswith("warning: ")]
+        right = result.returncode == 0 and (len(said) == 1 and words in said[0] if words else not said)
+        passed, failed = passed + right, failed + (not right)
+        print(("ok      " if right else "FAILED  ") + f"{name}: {said}")
+
+    # A check makes no store unless told.
+    bare = kerf_runner.copy_case(SMALL_CASE, os.path.join(work, "bare"))
+    first = kerf_runner.run(KERF, ["check", bare], cwd=work)
+    none_yet = not [name for name in os.listdir(bare) if name.endswith(".h5")]
+    second = kerf_runner.run(KERF, ["check", bare, "--pack"], cwd=work)
+    made = [name for name in os.listdir(bare) if name.endswith(".h5")]
+    right = first.returncode == second.returncode == 0 and none_yet and len(made) == 1 and "--pack" in first.stdout and \
+        "run time" in second.stdout
+    passed, failed = passed + right, failed + (not right)
+    print(("ok      " if right else "FAILED  ") + "check makes a store only when told")
 
     # Files that kerf did not write are never replaced, the case itself least of all.
     held = os.path.join(work, "held")

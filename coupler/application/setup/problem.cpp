@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/setup/problem.h"
 
+#include "coupler/application/setup/case_checks.h"
 #include "coupler/application/setup/packing_domain.h"
 #include "coupler/application/setup/size_limits.h"
 #include "coupler/application/setup/time_step.h"
@@ -23,9 +24,23 @@ namespace kerf
 {
 namespace
 {
-/// Runs @p action and converts its errors to InputErrors that name the place in the case. Programming errors pass through.
-template <typename Action>
-auto as_input_error(const std::string &place, const Action &action)
+/// The key of the case that an error of the finite elements is about, which its text begins with; otherwise the mesh.
+std::string key_of(const std::string &what)
+{
+  static const std::vector<std::pair<std::string, std::string>> keys = {{"boundary condition", "Boundary/Conditions: "},
+                                                                        {"initial stress", "Loads/Initial stress: "},
+                                                                        {"mesh file", "Mesh/File: "},
+                                                                        {"rock", "Rock: "}};
+  for (const auto &[start, key] : keys)
+    if (what.rfind(start, 0) == 0)
+      return key;
+  return "Mesh: ";
+}
+
+/// Runs @p action and converts its errors to InputErrors that begin with the place in the case. Programming errors pass
+/// through. @param place function of the error's text
+template <typename Place, typename Action>
+auto as_input_error(const Place &place, const Action &action)
 {
   try
   {
@@ -35,7 +50,7 @@ auto as_input_error(const std::string &place, const Action &action)
   {
     if (is_bug(error))
       throw;
-    throw InputError(place + error_line(error));
+    throw InputError(place(error_line(error)) + error_line(error));
   }
 }
 
@@ -157,14 +172,15 @@ std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
   check_contact_points(settings, n_ranks);
   fem::Settings body = settings.body;
   body.comm = comm;
-  return as_input_error(case_path(settings) + ": Mesh: ", [&] { return fem::make_fem_side(body); });
+  return as_input_error([&](const std::string &what) { return case_path(settings) + ": " + key_of(what); },
+                        [&] { return fem::make_fem_side(body); });
 }
 
 void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, Console &console, MPI_Comm comm)
 {
   const PackingDomain space = find_packing_domain(settings, fem.mesh());
   const auto named = [&](const char *section, const auto &action)
-  { return as_input_error(case_path(settings) + ": " + section + ": ", action); };
+  { return as_input_error([&](const std::string &) { return case_path(settings) + ": " + section + ": "; }, action); };
   on_first_rank(
     comm,
     [&]
@@ -238,13 +254,16 @@ std::string packing_summary(const dem::Packing &packing)
   return text.str();
 }
 
-std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
+std::unique_ptr<Problem> set_up_mesh(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
 {
   auto problem = std::make_unique<Problem>();
   problem->settings = settings;
   for (const std::string &notice : settings.notices)
     console.message(notice);
   problem->fem = build_fem(settings, comm);
+  check_settings(settings, mode, problem->fem->mesh());
+  for (const std::string &doubt : doubts(settings, mode, problem->fem->mesh()))
+    console.message("warning: " + doubt);
   const Box body = mesh_box(problem->fem->mesh());
   problem->settings.tool.lower = body.lower[1];
   problem->settings.tool.upper = body.upper[1];
@@ -264,10 +283,15 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
   check_tool(settings, *problem->fem);
   if (mode == Mode::fem && settings.tool.kind == ToolKind::disc)
     warn_of_coarse_contact(settings, console);
+  return problem;
+}
 
+std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
+{
+  std::unique_ptr<Problem> problem = set_up_mesh(settings, mode, console, comm);
   if (mode == Mode::fem)
   {
-    problem->packing = no_packing(settings, body);
+    problem->packing = no_packing(settings, mesh_box(problem->fem->mesh()));
     if (settings.tool.stiffness_ratio == 0.)
       problem->settings.tool.stiffness_ratio = stiffness_ratio_of_cells;
   }
