@@ -17,7 +17,17 @@ struct RunOptions
   std::vector<Override> overrides;
   std::string output; ///< empty: results/CASE, or results/CASE_MODE when @p mode differs from that of the case
   bool overwrite = false;
+  bool force = false; ///< goes on when the estimated memory exceeds that of the machine
+  bool pack = false;  ///< check: generates a missing store
 
   std::string results_directory() const;
+  /// The case with these options. Throws InputError.
+  Case read() const { return read(overrides); }
+  Case read(const std::vector<Override> &with) const
+  {
+    Case settings = read_case(case_directory, with);
+    settings.force = force;
+    return settings;
+  }
 };
 } // namespace kerf

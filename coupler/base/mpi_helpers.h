@@ -32,7 +32,7 @@ void on_first_rank(MPI_Comm comm, const Action &action)
     }
     catch (const std::exception &exception)
     {
-      error = exception.what();
+      error = error_line(exception);
       bug = is_bug(exception);
       if (error.empty())
         error = "unknown error";

@@ -351,15 +351,10 @@ void RockBondStyle::book_leavers(bool moved)
 
   for (const int i : here)
     dissipation.left += moved ? kinetic_over_step(i) : kinetic(i) + finite_step(i);
-  const double way = moved ? -parameters.time_step : 0.; // ghosts are where the last step left them
-  const std::vector<double> positions(atom.x[0], atom.x[0] + 3 * atom.nlocal);
-  for (int i = 0; i < 3 * atom.nlocal; ++i)
-    atom.x[0][i] += way * atom.v[0][i];
   const std::set<int> leaving(tags.begin(), tags.end());
   for (const LoadedPair &pair : loaded_pairs())
     if (leaving.count(atom.tag[pair.i]) || leaving.count(atom.tag[pair.j]))
       dissipation.left += (pair.j < atom.nlocal ? 1. : 0.5) * pair.energy;
-  std::copy(positions.begin(), positions.end(), atom.x[0]);
 }
 
 Energies RockBondStyle::energies()

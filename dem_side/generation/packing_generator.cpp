@@ -125,9 +125,10 @@ std::vector<double> draw_radii(const PackingSettings &settings, double space, st
 Eigen::Matrix3Xd draw_positions(const Container &container, int n, double mean_radius, std::mt19937_64 &random)
 {
   Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Zero(3, n);
-  for (int i = 0, tries = 0; i < n; ++tries)
+  std::int64_t tries = 0;
+  for (int i = 0; i < n; ++tries)
   {
-    if (tries > 1000 * n + 10000)
+    if (tries > std::int64_t(1000) * n + 10000)
       throw std::invalid_argument("packing: the surface leaves too little room for its particles, use smaller ones");
     Eigen::Vector3d x = Eigen::Vector3d::Zero();
     for (int c = 0; c < container.dim(); ++c)

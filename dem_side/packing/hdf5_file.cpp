@@ -2,8 +2,11 @@
 #include "dem_side/packing/hdf5_file.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <hdf5.h>
 #include <stdexcept>
 #include <type_traits>
@@ -80,7 +83,11 @@ hid_t text_type(bool variable, std::size_t size)
 Hdf5Writer::Hdf5Writer(const std::string &path) : m_path(path), m_temporary(path + ".tmp")
 {
   const QuietErrors quiet;
-  m_file = H5Fcreate(m_temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  // In memory: a library that cannot write its buffers to a full disk breaks down when the program ends.
+  constexpr std::size_t growth = 1 << 20; // [bytes]
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  H5Pset_fapl_core(access, growth, 0);
+  m_file = H5Fcreate(m_temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
   if (m_file < 0)
     throw std::runtime_error(m_path + ": cannot be created");
 }
@@ -91,7 +98,6 @@ Hdf5Writer::~Hdf5Writer()
     return;
   const QuietErrors quiet;
   H5Fclose(m_file);
-  std::remove(m_temporary.c_str());
 }
 
 void Hdf5Writer::close()
@@ -100,12 +106,20 @@ void Hdf5Writer::close()
     return;
   const QuietErrors quiet;
   const bool flushed = H5Fflush(m_file, H5F_SCOPE_LOCAL) >= 0;
-  const bool closed = H5Fclose(m_file) >= 0;
+  const ssize_t size = flushed ? H5Fget_file_image(m_file, nullptr, 0) : -1;
+  std::vector<char> image(std::max<ssize_t>(size, 0));
+  const bool complete = size >= 0 && H5Fget_file_image(m_file, image.data(), image.size()) == size;
+  H5Fclose(m_file);
   m_file = -1;
-  if (!flushed || !closed || std::rename(m_temporary.c_str(), m_path.c_str()) != 0)
+  errno = 0;
+  std::ofstream file(m_temporary, std::ios::binary);
+  file.write(image.data(), static_cast<std::streamsize>(image.size()));
+  file.close();
+  if (!complete || !file || std::rename(m_temporary.c_str(), m_path.c_str()) != 0)
   {
+    const std::string reason = errno != 0 ? std::string(", ") + std::strerror(errno) : "";
     std::remove(m_temporary.c_str());
-    throw std::runtime_error(m_path + ": cannot be written");
+    throw std::runtime_error(m_path + ": cannot be written" + reason);
   }
 }
 

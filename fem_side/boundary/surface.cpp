@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 namespace kerf::fem
@@ -14,10 +15,25 @@ namespace
 {
 /// Round-off of coordinates, relative to the extent of a face: equal faces must have equal numbers of points.
 constexpr double round_off = 1e-9;
+/// Contact points of a mesh. More are a mistake in the spacing, and would fill the memory.
+constexpr double most_points = 1e8;
+
+[[noreturn]] void too_many_points(const double spacing)
+{
+  std::ostringstream message;
+  message << "its surface has more than " << most_points << " contact points at a spacing of " << spacing
+          << " m, which follows the particles, take larger ones";
+  throw std::invalid_argument(message.str());
+}
 
 int parts_of(const double extent, const double spacing)
 {
-  return spacing > 0. ? std::max(1, static_cast<int>(std::ceil((1. - round_off) * extent / (2. * spacing)))) : 1;
+  if (!(spacing > 0.))
+    return 1;
+  const double parts = std::ceil((1. - round_off) * extent / (2. * spacing));
+  if (!(parts <= most_points))
+    too_many_points(spacing);
+  return std::max(1, static_cast<int>(parts));
 }
 
 template <int dim>
@@ -91,6 +107,8 @@ Surface<dim>::Surface(const NodalSpace<dim> &space, const double spacing)
     face.turn = geometry.turn;
     face.parts = geometry.parts;
     face.first_point = n_points;
+    if (std::pow(2. * geometry.parts, dim - 1) + n_points > most_points)
+      too_many_points(spacing);
     n_points += face.n_points();
     faces.push_back(face);
     positions.push_back(geometry.X);

@@ -91,7 +91,14 @@ void write_vtu_file(const NodalSpace<dim> &space, const std::string &path, const
     flags.physical_units[name] = "Pa";
   output.set_flags(flags);
   output.build_patches();
-  output.write_vtu_in_parallel(path, space.comm);
+  try
+  {
+    output.write_vtu_in_parallel(path, space.comm);
+  }
+  catch (const dealii::ExceptionBase &) // its text has many lines; the disk is full or the file may not be written
+  {
+    throw std::runtime_error(path + ": cannot be written");
+  }
 }
 
 template void write_vtu_file<2>(const NodalSpace<2> &, const std::string &, const VtuContent &);

@@ -67,7 +67,8 @@ ROOMS = {
     APPLICATION + "setup": [APPLICATION + "case_file", APPLICATION + "output", *BELOW_APPLICATION],
     **{APPLICATION + room: [APPLICATION + "setup", APPLICATION + "case_file", APPLICATION + "output", APPLICATION + "run_options",
                             *BELOW_APPLICATION] for room in ("commands", "calibration", "stand_alone")},
-    "coupler/main": ["coupler/application", "coupler/base"],
+    "coupler/command_line": ["coupler/application", "coupler/base"],
+    "coupler/main": ["coupler/command_line", "coupler/application", "coupler/base"],
 }
 PUBLIC_HEADERS = {
     "fem_side": {"fem_side/fem_side.h"},

@@ -5,6 +5,7 @@
 usage: bad_inputs.py KERF SMALL_CASE
 """
 import os
+import subprocess
 import sys
 import tempfile
 
@@ -16,7 +17,7 @@ passed = failed = 0
 
 
 def listing(directory):
-    return sorted((os.path.join(root, name), os.stat(os.path.join(root, name)).st_mtime_ns)
+    return sorted((os.path.join(root, name), os.lstat(os.path.join(root, name)).st_mtime_ns)
                   for root, _, names in os.walk(directory) for name in names)
 
 
@@ -60,7 +61,7 @@ with tempfile.TemporaryDirectory() as work:
         return lambda text: text.replace(old, new)
 
     bad("unknown_key", change("set Sigma star", "set Sigma stat"), "Adaptivity/Sigma stat", "Adaptivity/Sigma star")
-    bad("unknown_key_on_two_ranks", change("set Sigma star", "set Sigma stat"), "nearest valid key", ranks=2)
+    bad("unknown_key_on_two_ranks", change("set Sigma star", "set Sigma stat"), "the nearest valid key is", ranks=2)
     bad("unknown_section", change("subsection Rock", "subsection Rocks"), "Rocks/Density", "Rock/Density")
     bad("out_of_range", change("ratio        = 0.2", "ratio        = 0.7"), "Rock/Poisson ratio", "0.7", "[0, 0.499]")
     bad("not_a_number", change("Density              = 2400", "Density = heavy"), "Rock/Density", "heavy", "> 0")
@@ -121,6 +122,94 @@ with tempfile.TemporaryDirectory() as work:
         right = narrow.returncode == 0 and ("warning: Coupling/Overlap width is 1 cells" in narrow.stdout) == warned
         passed, failed = passed + right, failed + (not right)
         print(("ok      " if right else "FAILED  ") + f"overlap of {width} d, warning {warned}")
+
+    # Numbers, names and paths at the ends of their ranges.
+    def refused(name, arguments, *words):
+        expect(name, arguments, *words, cwd=work)
+
+    refused("boundary_number", ["check", good, "--set", "Boundary/Conditions=99999999999: fixed"], "Boundary/Conditions", "nine digits")
+    refused("hexadecimal", ["check", good, "--set", "Tool/Path=0 0x10 1"], "Tool/Path", "3 numbers")
+    refused("infinite", ["check", good, "--set", "Tool/Path=0 0.024 inf"], "Tool/Path", "3 numbers")
+    refused("key_of_2000_letters", ["check", good, "--set", f"Rock/{'k' * 2000}=1"], "k" * 80 + "...,", "Rock/")
+    refused("value_of_2000_letters", ["check", good, "--set", f"Rock/Density={'k' * 2000}"], "'" + "k" * 80 + "...'", "Rock/Density")
+    refused("unprintable", ["check", good, "--set", "Rock/Density=\x1b[31m\n7\x07"], "'?[31m 7?'", "Rock/Density")
+    refused("key_of_its_section", ["check", good, "--set", "Mesh/Tensile strength=1"], "the nearest valid key is Mesh/")
+    for command in ("run", "export"):
+        refused(f"long_name_{command}", [command, good, "--output", "k" * 300], "k" * 80 + "...: File name too long")
+        refused(f"long_path_{command}", [command, good, "--output", "kk/" * 2000], "File name too long")
+    os.symlink("loop", os.path.join(work, "loop"))
+    refused("loop_of_links", ["run", good, "--output", os.path.join(work, "loop")], "symbolic links")
+    refused("case_in_a_loop", ["check", os.path.join(work, "loop")], "symbolic links")
+    refused("long_case", ["check", "k" * 300], "File name too long")
+    refused("results_below_a_file", ["run", good, "--output", os.path.join(good, "case.prm", "r")], "Not a directory")
+    refused("results_in_proc", ["run", good, "--output", "/proc/results"], "cannot be made")
+    refused("store_in_no_directory", ["pack", good, "--set", "Packing/File=no/where.h5"], "where.h5", "No such file or directory")
+    os.mkfifo(os.path.join(work, "pipe"))
+    mesh = ["--set", "Boundary/Conditions=y < 1e-6: fixed", "--set"]
+    for name, path in (("device", "/dev/zero"), ("pipe", os.path.join(work, "pipe")), ("directory", work)):
+        refused("mesh_is_a_" + name, ["check", good, *mesh, "Mesh/File=" + path], "Mesh/File", path, "is no file")
+        refused("store_is_a_" + name, ["check", good, "--set", "Packing/File=" + path], "Packing/File", path, "is no file")
+        refused("surface_is_a_" + name, ["check", good, "--set", "Packing/Surface=" + path], "Packing/Surface", path, "is no file")
+    os.makedirs(os.path.join(work, "piped"))
+    os.mkfifo(os.path.join(work, "piped", "case.prm"))
+    refused("case_is_a_pipe", ["check", os.path.join(work, "piped")], "case.prm is no file")
+    for name, words in (("unknown_word", ["blah"]), ("no_case", ["run"]), ("unknown_option", ["check", good, "--ovewrite"]),
+                        ("unknown_mode", ["run", good, "--mode", "x"]), ("mode_twice", ["run", good, "--mode", "fem", "--mode", "dem"])):
+        refused(name, words, "command line: ", "kerf --help")
+    for name, setting in (("time", "Loads/Gravity ramp=1e-310"), ("smoothing", "Tool/Smoothing time=4e-320"),
+                          ("component", "Loads/Gravity=1e-310, 0")):
+        result = kerf_runner.run(KERF, ["check", good, "--mode", "fem", "--set", setting], cwd=work)
+        passed, failed = passed + (result.returncode == 0), failed + (result.returncode != 0)
+        print(("ok      " if result.returncode == 0 else "FAILED  ") + f"denormal {name} is zero: {result.stderr.strip()}")
+
+    # What does not fit into the machine is refused before it is made.
+    for name, setting, words in (
+            ("cells", "Mesh/Cell size=1e-9", ("Mesh/Cell size = 1e-09", "cells, kerf can number")),
+            ("cell_of_no_size", "Mesh/Cell size=1e-300", ("Mesh/Cell size", "cells, kerf can number")),
+            ("refined_cells", "Mesh/Refine=0 0 0.1 0.1 8; 0 0 0.1 0.1 8; 0 0 0.1 0.1 8; 0 0 0.1 0.1 8; 0 0 0.1 0.1 8", ("Mesh/Refine", "GB")),
+            ("contact_points", "Packing/Mean diameter=1e-9", ("Packing/Mean diameter = 1e-09", "contact points", "--force")),
+            ("particles", "Packing/Mean diameter=1e-6", ("Packing/Mean diameter = 1e-06", "particles", "--force")),
+            ("steps", "Time/End time=1e300", ("Time/End time", "steps"))):
+        memory = f"ulimit -v 8000000; exec {KERF} check {good} --set '{setting}' --set Packing/File=new.h5 --mode " + (
+            "adaptive" if name == "particles" else "fem")
+        result = subprocess.run(["bash", "-c", memory], cwd=work, capture_output=True, text=True, timeout=20)
+        right = result.returncode == 2 and result.stderr.startswith("kerf: ") and len(result.stderr.splitlines()) == 1 and all(
+            word in result.stderr for word in words)
+        passed, failed = passed + right, failed + (not right)
+        print(("ok      " if right else "FAILED  ") + f"too many {name}: {result.stderr.strip()}")
+
+    # Conditions that contradict each other, and those that are probably not meant.
+    for name, settings, words in (
+            ("roller_and_velocity", ("Boundary/Conditions=left: roller; x < 1e-6: velocity 1 0",), ("Boundary/Conditions", "contradict")),
+            ("fixed_and_traction", ("Boundary/Conditions=left: fixed; left: traction 0 1e5",), ("Boundary/Conditions", "contradict")),
+            ("in_situ_without_stress", ("Boundary/Conditions=left: in_situ",), ("Boundary/Conditions", "Loads/Initial stress")),
+            ("refined_outside", ("Mesh/Refine=1 1 2 2 1",), ("Mesh/Refine", "outside of the mesh")),
+            ("overlap_below_a_particle", ("Coupling/Overlap width=0.5",), ("Coupling/Overlap width", "narrower than a particle"))):
+        refused(name, ["check", good] + [word for setting in settings for word in ("--set", setting)], *words)
+    for name, setting, words in (
+            ("roller and traction", "Boundary/Conditions=left: roller; x < 1e-6: traction 0 1e5; bottom: fixed; y < 1e-6: fixed", ""),
+            ("stress at free sides", "Loads/Initial stress=-1e6 -1e6 0", "Loads/Initial stress acts on free faces"),
+            ("stress along free sides", "Loads/Initial stress=-1e6 0 0", ""),
+            ("disc that stays away", "Tool/Path=0 0.024 0.05; 1 0.024 0.06", "Tool/Path: the disc stays at least 0.006"),
+            ("disc that comes later", "Tool/Path=0 0.024 0.05; 1 0.024 0.03", "Tool/Path: the disc stays"),
+            ("sigma* above the strength", "Adaptivity/Sigma star=1e9", "Adaptivity/Sigma star: sigma* = 1000 MPa"),
+            ("held specimen", "Tool/Kind=platens", "Boundary/Conditions: roller")):
+        result = kerf_runner.run(KERF, ["check", good, "--set", setting], cwd=work)
+        said = [line for line in result.stdout.splitlines() if line.startswith("warning: ")]
+        right = result.returncode == 0 and (len(said) == 1 and words in said[0] if words else not said)
+        passed, failed = passed + right, failed + (not right)
+        print(("ok      " if right else "FAILED  ") + f"{name}: {said}")
+
+    # A check makes no store unless told.
+    bare = kerf_runner.copy_case(SMALL_CASE, os.path.join(work, "bare"))
+    first = kerf_runner.run(KERF, ["check", bare], cwd=work)
+    none_yet = not [name for name in os.listdir(bare) if name.endswith(".h5")]
+    second = kerf_runner.run(KERF, ["check", bare, "--pack"], cwd=work)
+    made = [name for name in os.listdir(bare) if name.endswith(".h5")]
+    right = first.returncode == second.returncode == 0 and none_yet and len(made) == 1 and "--pack" in first.stdout and \
+        "run time" in second.stdout
+    passed, failed = passed + right, failed + (not right)
+    print(("ok      " if right else "FAILED  ") + "check makes a store only when told")
 
     # Files that kerf did not write are never replaced, the case itself least of all.
     held = os.path.join(work, "held")

@@ -79,7 +79,7 @@ public:
     }
     catch (const std::exception &exception)
     {
-      error = exception.what();
+      error = error_line(exception);
     }
     share_error(error);
     MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, comm);
@@ -163,7 +163,7 @@ private:
     }
     catch (const std::exception &exception)
     {
-      error = exception.what();
+      error = error_line(exception);
     }
     share_error(error);
   }
@@ -309,7 +309,7 @@ int calibrate_case(const RunOptions &options, MPI_Comm comm)
   Console console(rank == 0);
   std::vector<Override> overrides = options.overrides;
   overrides.push_back("Bond/Strength=given"); // the strengths are searched here
-  const Case settings = read_case(options.case_directory, overrides);
+  const Case settings = options.read(overrides);
   const std::unique_ptr<fem::FemSide> fem = build_fem(settings, comm);
   dem::Packing store;
   build_packing(settings, *fem, store, StoreUse::recalibrated, console, comm);
@@ -329,8 +329,7 @@ int calibrate_case(const RunOptions &options, MPI_Comm comm)
   strengths.brazilian = found.brazilian;
   strengths.specimen_young = found.young;
   strengths.specimen_poisson = found.poisson;
-  if (rank == 0)
-    save_strengths(strengths, settings.directory);
+  on_first_rank(comm, [&] { save_strengths(strengths, settings.directory); });
   console.message(report(settings, found) + "written into " + strengths_file(settings.directory) +
                   "; used with Bond/Strength = calibrated");
   return 0;

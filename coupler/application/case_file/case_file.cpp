@@ -10,9 +10,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
+#include <limits>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -58,30 +61,66 @@ std::size_t edit_distance(const std::string &a, const std::string &b)
   return row[b.size()];
 }
 
+/// The finite number that the whole of @p text is. Numbers too small to have all digits are zero: one cannot divide by them.
+std::optional<double> finite_number(const std::string &text)
+{
+  if (text.empty() || text.find_first_not_of("0123456789+-.eE") != std::string::npos)
+    return std::nullopt; // no inf, no nan, no hexadecimal numbers
+  char *end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (end != text.c_str() + text.size() || !std::isfinite(value))
+    return std::nullopt;
+  return std::abs(value) < std::numeric_limits<double>::min() ? 0. : value;
+}
+
+/// Throws InputError unless @p path is a file that ends, which no device and no pipe does. @param where for the message
+void check_is_file(const std::string &where, const std::string &path)
+{
+  if (!std::filesystem::exists(path))
+    throw InputError(where + shown(path) + " does not exist");
+  if (!std::filesystem::is_regular_file(path))
+    throw InputError(where + shown(path) + " is no file, but a directory, a device or a pipe");
+}
+
+/// The valid key that the user may have meant: of the same section, if the section exists.
+const Parameter &nearest_key(const std::string &section, const std::string &key)
+{
+  const auto &table = parameter_table();
+  const bool known =
+    std::any_of(table.begin(), table.end(), [&](const Parameter &parameter) { return parameter.section == section; });
+  const Parameter *nearest = nullptr;
+  std::size_t least = 0;
+  for (const Parameter &parameter : table)
+  {
+    if (known && parameter.section != section)
+      continue;
+    const std::size_t distance =
+      known ? edit_distance(parameter.key, key) : edit_distance(parameter.section + "/" + parameter.key, section + "/" + key);
+    if (nearest == nullptr || distance < least)
+    {
+      nearest = &parameter;
+      least = distance;
+    }
+  }
+  return *nearest;
+}
+
 /// Checks an assignment against the table and returns the entry. Throws InputError.
 const Parameter &checked_entry(const std::string &where, const std::string &section, const std::string &key,
                                const std::string &value)
 {
-  const Parameter *nearest = nullptr;
-  std::size_t nearest_distance = 1000;
   for (const Parameter &parameter : parameter_table())
-  {
     if (parameter.section == section && parameter.key == key)
     {
       if (!parameter.pattern->match(value))
-        throw InputError(where + ": " + section + "/" + key + " = '" + value + "' is not allowed: give " + parameter.allowed +
-                         " [" + parameter.unit + "]");
+        throw InputError(where + ": " + section + "/" + key + " = '" + shown(value) + "' is not allowed: give " +
+                         parameter.allowed + " [" + parameter.unit + "]");
       return parameter;
     }
-    const std::size_t distance = edit_distance(parameter.section + "/" + parameter.key, section + "/" + key);
-    if (distance < nearest_distance)
-    {
-      nearest_distance = distance;
-      nearest = &parameter;
-    }
-  }
-  throw InputError(where + ": unknown key " + section + "/" + key + ", the nearest valid key is " + nearest->section + "/" +
-                   nearest->key + " (all keys: kerf params)");
+  const std::string cut_section = shown(section), cut_key = shown(key); // the search takes time that grows with the length
+  const Parameter &nearest = nearest_key(cut_section, cut_key);
+  throw InputError(where + ": unknown key " + cut_section + "/" + cut_key + ", the nearest valid key is " + nearest.section +
+                   "/" + nearest.key + " (all keys: kerf params)");
 }
 
 /// Replaces a name of the previous version by the present one and adds a notice.
@@ -144,11 +183,12 @@ std::string checked_text(const std::string &path, std::vector<std::string> &noti
       continue;
     }
     else
-      throw InputError(where + ": '" + text + "' is not understood, lines are 'subsection NAME', 'set KEY = VALUE', 'end'");
+      throw InputError(where + ": '" + shown(text) +
+                       "' is not understood, lines are 'subsection NAME', 'set KEY = VALUE', 'end'");
     result << text << '\n';
   }
   if (!sections.empty())
-    throw InputError(path + ": 'subsection " + sections.back() + "' has no 'end'");
+    throw InputError(path + ": 'subsection " + shown(sections.back()) + "' has no 'end'");
   return result.str();
 }
 
@@ -167,12 +207,14 @@ std::vector<std::string> read_handler(dealii::ParameterHandler &handler, const s
   if (!std::filesystem::is_directory(directory))
     throw InputError(directory + ": no such case directory");
   const std::string path = directory + "/case.prm";
+  if (std::filesystem::exists(path))
+    check_is_file("", path);
   handler.parse_input_from_string(checked_text(path, notices));
   for (const Override &override : overrides)
   {
     const auto slash = override.find('/'), equal = override.find('=');
     if (slash == std::string::npos || equal == std::string::npos || equal < slash)
-      throw InputError("--set " + override + ": give Section/Key=value");
+      throw InputError("--set " + shown(override) + ": give Section/Key=value");
     const std::string section = trimmed(override.substr(0, slash));
     std::string key = trimmed(override.substr(slash + 1, equal - slash - 1)), value = trimmed(override.substr(equal + 1));
     use_present_names("--set", section, key, value, notices);
@@ -190,8 +232,11 @@ class Reader
 public:
   Reader(dealii::ParameterHandler &handler, std::string file) : handler(handler), file(std::move(file)) {}
 
-  double number(const std::string &section, const std::string &key) const { return std::stod(text(section, key)); }
-  int integer(const std::string &section, const std::string &key) const { return std::stoi(text(section, key)); }
+  double number(const std::string &section, const std::string &key) const { return parsed(section, key, text(section, key)); }
+  int integer(const std::string &section, const std::string &key) const
+  {
+    return static_cast<int>(number(section, key)); // in range by its pattern
+  }
   bool flag(const std::string &section, const std::string &key) const
   {
     const std::string value = text(section, key);
@@ -209,7 +254,7 @@ public:
     Eigen::Vector3d result = Eigen::Vector3d::Zero();
     const auto parts = split(text(section, key), ',');
     for (std::size_t i = 0; i < parts.size() && i < 3; ++i)
-      result[i] = std::stod(parts[i]);
+      result[i] = parsed(section, key, parts[i]);
     return result;
   }
   /// Items separated by ';', each with @p columns numbers separated by blanks.
@@ -220,10 +265,15 @@ public:
     {
       std::istringstream stream(item);
       std::vector<double> row;
-      for (double value; stream >> value;)
-        row.push_back(value);
-      if (row.size() != columns || !stream.eof())
-        fail(section, key, "'" + item + "' is not " + std::to_string(columns) + " numbers separated by blanks");
+      bool all_numbers = true;
+      for (std::string word; stream >> word;)
+      {
+        const std::optional<double> value = finite_number(word);
+        all_numbers = all_numbers && value;
+        row.push_back(value.value_or(0.));
+      }
+      if (row.size() != columns || !all_numbers)
+        fail(section, key, "'" + shown(item) + "' is not " + std::to_string(columns) + " numbers separated by blanks");
       result.push_back(row);
     }
     return result;
@@ -246,6 +296,14 @@ public:
   }
 
 private:
+  double parsed(const std::string &section, const std::string &key, const std::string &word) const
+  {
+    const std::optional<double> value = finite_number(word);
+    if (!value)
+      fail(section, key, "'" + shown(word) + "' is not a finite number");
+    return *value;
+  }
+
   dealii::ParameterHandler &handler;
   std::string file;
 };
@@ -266,7 +324,7 @@ bool assigns(const std::string &expression)
 /// @param box whether the mesh is a structured box, whose sides have names
 fem::BoundaryCondition boundary_condition(const Reader &reader, const std::string &item, int dim, bool box)
 {
-  const auto fail = [&](const std::string &what) { reader.fail("Boundary", "Conditions", "'" + item + "': " + what); };
+  const auto fail = [&](const std::string &what) { reader.fail("Boundary", "Conditions", "'" + shown(item) + "': " + what); };
   fem::BoundaryCondition condition;
   const auto colon = item.find(':');
   if (colon == std::string::npos)
@@ -281,11 +339,16 @@ fem::BoundaryCondition boundary_condition(const Reader &reader, const std::strin
   if (side != sides.end())
     condition.id = static_cast<int>(side - sides.begin());
   else if (!id.empty() && std::all_of(id.begin(), id.end(), ::isdigit))
+  {
+    if (id.size() > 9)
+      fail("'" + shown(id) + "' is no number of a boundary, those have at most nine digits");
     condition.id = std::stoi(id);
+  }
   else if (id.find_first_of("<>=&|") != std::string::npos)
     condition.where = id;
   else
-    fail("'" + id + "' is no boundary, give a number, left, right, bottom, top, back, front or an expression such as y < 1e-6");
+    fail("'" + shown(id) +
+         "' is no boundary, give a number, left, right, bottom, top, back, front or an expression such as y < 1e-6");
 
   std::istringstream stream(item.substr(colon + 1));
   std::string kind;
@@ -308,17 +371,32 @@ fem::BoundaryCondition boundary_condition(const Reader &reader, const std::strin
     const std::string x = moves ? "V" : "T";
     const std::string form =
       "give '" + kind + ' ' + x + "X " + x + (dim == 2 ? "Y" : "Y " + x + "Z") + " ramp " + (moves ? "T'" : "DURATION'");
-    for (int c = 0; c < dim; ++c)
-      if (!(stream >> (moves ? condition.velocity : condition.traction)[c]))
+    const auto next_number = [&]
+    {
+      std::string next;
+      stream >> next;
+      const std::optional<double> value = finite_number(next);
+      if (!value)
         fail(form);
-    if (stream >> word && (word != "ramp" || !(stream >> condition.ramp) || condition.ramp < 0.))
-      fail(form);
+      return *value;
+    };
+    for (int c = 0; c < dim; ++c)
+      (moves ? condition.velocity : condition.traction)[c] = next_number();
+    if (stream >> word)
+    {
+      if (word != "ramp")
+        fail(form);
+      condition.ramp = next_number();
+      if (condition.ramp < 0.)
+        fail(form);
+    }
   }
   else
-    fail("'" + kind + "' is not a kind of condition, give free, fixed, roller, velocity, traction, in_situ or absorbing");
+    fail("'" + shown(kind) +
+         "' is not a kind of condition, give free, fixed, roller, velocity, traction, in_situ or absorbing");
   std::string rest;
   if (stream >> rest)
-    fail("'" + rest + "' is not understood");
+    fail("'" + shown(rest) + "' is not understood");
   return condition;
 }
 
@@ -494,8 +572,8 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.packing.dim = result.body.dim = dim;
   const std::string mesh_file = reader.text("Mesh", "File");
   result.body.mesh.gmsh_file = mesh_file.empty() ? "" : in_case(mesh_file);
-  if (!mesh_file.empty() && !std::filesystem::exists(result.body.mesh.gmsh_file))
-    reader.fail("Mesh", "File", result.body.mesh.gmsh_file + " does not exist");
+  if (!mesh_file.empty())
+    check_is_file(directory + "/case.prm: Mesh/File: ", result.body.mesh.gmsh_file);
   result.body.mesh.shape =
     choose<fem::MeshShape>(reader.text("Mesh", "Shape"), {{"box", fem::MeshShape::box}, {"disc", fem::MeshShape::disc}});
   result.body.mesh.flat_angle = reader.number("Mesh", "Flat angle") * M_PI / 180.;
@@ -552,24 +630,22 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.packing.lattice.row_axis = reader.text("Packing", "Lattice rows") == "y" ? 1 : 0;
   if (const std::string plane = reader.text("Packing", "Lattice plane"); !plane.empty())
   {
-    std::size_t used = 0;
-    try
-    {
-      result.packing.lattice.plane_at = std::stod(plane, &used);
-    }
-    catch (const std::exception &)
-    {
-    }
-    if (used != plane.size() || !std::isfinite(result.packing.lattice.plane_at))
-      reader.fail("Packing", "Lattice plane", "'" + plane + "' is not a number, give x in m or leave it empty");
+    const std::optional<double> at = finite_number(plane);
+    if (!at)
+      reader.fail("Packing", "Lattice plane", "'" + shown(plane) + "' is not a number, give x in m or leave it empty");
+    result.packing.lattice.plane_at = *at;
   }
   std::string packing_file = reader.text("Packing", "File");
   if (packing_file.empty())
     packing_file = "packing_" + result.packing.kind + "_" + std::to_string(std::lround(1e6 * result.packing.mean_diameter)) +
                    "um_seed" + std::to_string(result.packing.seed) + ".h5";
   result.packing_file = in_case(packing_file);
+  if (std::filesystem::exists(result.packing_file))
+    check_is_file(directory + "/case.prm: Packing/File: ", result.packing_file);
   const std::string surface_file = reader.text("Packing", "Surface");
   result.packing_surface_file = surface_file.empty() ? "" : in_case(surface_file);
+  if (!surface_file.empty())
+    check_is_file(directory + "/case.prm: Packing/Surface: ", result.packing_surface_file);
 
   result.bond.R_n = reader.number("Bond", "Tensile strength");
   result.bond.R_t = reader.number("Bond", "Shear strength");

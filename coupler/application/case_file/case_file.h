@@ -17,6 +17,7 @@ std::string name_of(Mode mode);
 /// The contents of a case file in SI units: settings of the model and of the run.
 struct Case : ModelSettings
 {
+  bool force = false;               ///< goes on when the estimated memory exceeds that of the machine
   std::string directory;            ///< directory of case.prm; relative paths start here
   std::vector<std::string> notices; ///< one line for each old name in the case file
   std::string used_parameters;      ///< all parameters with the values used, as a case file that can be run again

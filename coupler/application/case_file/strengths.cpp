@@ -81,7 +81,7 @@ void save_strengths(const Strengths &strengths, const std::string &directory)
   visit_results(strengths, write);
   file.close();
   if (!file)
-    throw std::runtime_error(strengths_file(directory) + ": cannot be written");
+    throw InputError(strengths_file(directory) + ": cannot be written");
 }
 
 Strengths load_strengths(const std::string &directory)

@@ -8,9 +8,17 @@
 
 namespace kerf
 {
-/// kerf run. Returns the exit code: 0, or 128 + signal after an interrupt, when all output has been written. Throws InputError
-/// and UnstableRun. Collective.
-int run_case(const RunOptions &options, MPI_Comm comm);
+/// How a command ended.
+struct Ending
+{
+  int code = 0;        ///< exit code of the program, see docs/user/errors.md
+  std::string results; ///< directory whose figures are to be drawn; empty: none
+  std::string failure; ///< one line for the user; empty: none
+};
+
+/// kerf run. Ends with code 0, with 3 when the run became unstable, or with 130 after an interrupt, when all output has been
+/// written. Throws InputError. Collective.
+Ending run_case(const RunOptions &options, MPI_Comm comm);
 
 /// kerf check: validates the case and prints size, time step and estimated cost of a run. Throws InputError. Collective.
 int check_case(const RunOptions &options, MPI_Comm comm);

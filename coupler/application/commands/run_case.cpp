@@ -6,6 +6,7 @@
 #include "coupler/application/output/results_directory.h"
 #include "coupler/application/output/run_quality.h"
 #include "coupler/application/output/specimen_gauge.h"
+#include "coupler/application/output/written.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mpi_helpers.h"
@@ -24,10 +25,26 @@ namespace kerf
 {
 namespace
 {
-volatile std::sig_atomic_t caught_signal = 0;
+volatile std::sig_atomic_t caught_signal = 0, n_signals = 0;
+
+/// A terminal and mpirun may both send a signal for one Ctrl-C, so that only the third one does not wait for the output.
 void remember_signal(int number)
 {
   caught_signal = number;
+  n_signals = n_signals + 1;
+  if (n_signals > 2)
+  {
+    std::signal(number, SIG_DFL);
+    std::raise(number);
+  }
+}
+
+/// A number with fixed digits, without the sign of a zero.
+std::string fixed_text(double value, int digits)
+{
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return std::string(text).find_first_of("123456789") == std::string::npos && text[0] == '-' ? text + 1 : text;
 }
 
 /// Steps left until the next multiple of @p interval after @p step.
@@ -44,21 +61,47 @@ public:
   {
   }
 
-  int execute()
+  Ending execute()
   {
     // All input errors are found before the results directory is changed.
-    const Case settings = read_case(options.case_directory, options.overrides);
+    const Case settings = options.read();
     check_results_directory(directory, options.case_directory, options.overwrite);
     mode = options.mode.value_or(settings.mode);
     problem = set_up_problem(settings, mode, console, comm);
     open_results();
 
+    std::string failure;
+    try
+    {
+      start();
+      loop();
+    }
+    catch (const UnstableRun &error)
+    {
+      failure = error.what();
+    }
+    catch (const std::exception &error) // the disk is full, for example: the log may still take a line
+    {
+      console.finish_progress();
+      console.note("error: " + error_line(error));
+      throw;
+    }
+    return end(failure);
+  }
+
+private:
+  /// Makes the model and its output.
+  void start()
+  {
     model = std::make_unique<CoupledModel>(problem->settings, mode, *problem->fem, problem->packing, problem->dt, comm,
                                            std::move(problem->constraint));
     model->start();
-    if (rank == 0)
-      for (const ActivationEvent &event : model->events())
-        activations->add(event);
+    on_first_rank(comm,
+                  [&]
+                  {
+                    for (const ActivationEvent &event : model->events())
+                      activations->add(event);
+                  });
     if (problem->settings.tool.kind == ToolKind::platens)
       gauge = std::make_unique<SpecimenGauge>(problem->settings, problem->specimen, problem->packing, comm);
     damage = std::make_unique<DamageWatch>(*model, problem->settings.activation.check_interval, comm);
@@ -69,38 +112,37 @@ public:
     cpu_started = std::clock();
     write_row();
     write_fields();
-
-    std::string failure;
-    try
-    {
-      loop();
-    }
-    catch (const UnstableRun &error)
-    {
-      failure = error.what();
-    }
-    console.finish_progress();
-    if (failure.empty())
-      write_fields();
-    if (history)
-      history->flush();
-    summary();
-    if (!failure.empty())
-      throw UnstableRun(failure + "; output up to step " + std::to_string(model->step()) + " is kept in " + directory);
-    return interrupted ? 128 + interrupted : 0;
   }
 
-private:
+  /// Writes what there is in the end. @param failure why the run stopped; empty: it did not
+  Ending end(const std::string &failure)
+  {
+    console.finish_progress();
+    if (fields && failure.empty())
+      write_fields();
+    on_first_rank(comm, [&] { history->flush(); });
+    if (started > 0.)
+      summary();
+    if (failure.empty())
+      return {interrupted ? exit_interrupted : 0, directory, ""};
+    const std::string text =
+      failure + "; output up to step " + std::to_string(model ? model->step() : 0) + " is kept in " + directory;
+    console.note("stopped: " + text);
+    return {3, directory, text};
+  }
+
   void open_results()
   {
     prepare_results_directory(directory, options.case_directory, options.overwrite, comm);
     console.log_to(rank == 0 ? directory + "/log.txt" : "");
-    if (rank == 0)
-    {
-      history = std::make_unique<History>(directory);
-      activations = std::make_unique<ConversionLog>(directory, problem->settings.dim() == 2);
-      std::ofstream(directory + "/case.prm") << problem->settings.used_parameters;
-    }
+    on_first_rank(comm,
+                  [&]
+                  {
+                    history = std::make_unique<History>(directory);
+                    activations = std::make_unique<ConversionLog>(directory, problem->settings.dim() == 2);
+                    std::ofstream echo(directory + "/case.prm");
+                    check_written(echo << problem->settings.used_parameters, directory + "/case.prm");
+                  });
     int n_ranks = 1;
     MPI_Comm_size(comm, &n_ranks);
     const Case &settings = problem->settings;
@@ -115,8 +157,10 @@ private:
 
   void loop()
   {
-    const auto previous_int = std::signal(SIGINT, remember_signal), previous_term = std::signal(SIGTERM, remember_signal);
-    caught_signal = 0;
+    caught_signal = n_signals = 0;
+    for (const int number :
+         {SIGINT, SIGTERM, SIGUSR1}) // they stay caught until the output is written; mpirun passes on the last
+      std::signal(number, remember_signal);
     while (model->step() < n_steps)
     {
       std::int64_t chunk = n_steps - model->step();
@@ -149,19 +193,19 @@ private:
       if (interrupted)
       {
         console.message("interrupted at step " + std::to_string(model->step()) + ", writing what there is");
+        if (model->step() % problem->settings.history_interval != 0)
+          write_row();
         break;
       }
     }
-    std::signal(SIGINT, previous_int);
-    std::signal(SIGTERM, previous_term);
   }
 
   void report_event()
   {
+    const ActivationEvent &event = model->events().back();
+    on_first_rank(comm, [&] { activations->add(event); });
     if (rank != 0)
       return;
-    const ActivationEvent &event = model->events().back();
-    activations->add(event);
     std::ostringstream text;
     text << std::setprecision(4) << "t = " << 1e3 * event.time << " ms: " << std::abs(event.cells)
          << (event.cells < 0 ? " cells returned to the continuum, " : " cells converted, ") << std::abs(event.particles)
@@ -206,15 +250,14 @@ private:
       row.specimen = gauge->read(*model, row.tool_force[1]);
       record.add(row.specimen);
     }
-    if (history)
-      history->add(row);
+    on_first_rank(comm, [&] { history->add(row); });
 
     check_balance(row);
 
     std::ostringstream text;
-    text << "t " << std::fixed << std::setprecision(3) << 1e3 * row.time << " ms, " << row.active_particles << " particles, "
-         << row.converted_cells << " cells converted, " << row.broken_bonds << " bonds broken, normal force "
-         << std::setprecision(1) << 1e-3 * row.tool_force[1] << " kN";
+    text << "t " << fixed_text(1e3 * row.time, 3) << " ms, " << row.active_particles << " particles, " << row.converted_cells
+         << " cells converted, " << row.broken_bonds << " bonds broken, normal force "
+         << fixed_text(1e-3 * row.tool_force[1], 1) << " k" << force_unit();
     console.progress(static_cast<double>(row.step) / static_cast<double>(n_steps), text.str());
   }
 
@@ -269,8 +312,7 @@ private:
   {
     model->timer().restart();
     fields->write(*model);
-    if (history)
-      history->flush();
+    on_first_rank(comm, [&] { history->flush(); });
     model->timer().lap(Part::output);
   }
 
@@ -302,14 +344,35 @@ private:
     RunFigures figures = damage->figures();
     figures.turnover = turnover;
     const EnergyLedger &energy = figures.energy;
-    text << "\nenergy balance: work of tool and boundary " << energy.work() << " J, conversions " << energy.conversion << " J ("
-         << energy.conversion_gain << " J created), interface " << energy.interface << " J, residual " << energy.residual()
-         << " J";
+    const std::string unit = problem->settings.dim() == 2 ? " J/m" : " J";
+    text << "\nenergy balance: work of tool and boundary " << energy.work() << unit << ", conversions " << energy.conversion
+         << unit << " (" << energy.conversion_gain << unit << " created), interface " << energy.interface << unit
+         << ", residual " << energy.residual() << unit;
     for (const std::string &warning : warnings(figures))
       text << "\nwarning: " << warning;
+    if (history && model->tool().present())
+      for (const int axis : {1, 0})
+        if (axis == 1 || model->tool().disc())
+          text << '\n' << force_text(axis);
+    text << "\nresults in " << directory << ": history.csv, fields for ParaView (*.pvd), log.txt; pictures in " << directory
+         << "/figures";
     console.message(text.str());
   }
 
+  std::string force_unit() const { return problem->settings.dim() == 2 ? "N/m" : "N"; }
+
+  /// Mean and peak of the tool's force, as in the figures.
+  std::string force_text(int axis) const
+  {
+    const ForceSummary force = summarise_force(history->rows(), axis);
+    std::ostringstream text;
+    text << std::setprecision(4) << (axis == 1 ? "normal" : "tangential") << " force: mean " << 1e-3 * force.mean << " k"
+         << force_unit() << " from " << 1e3 * force.start << " to " << 1e3 * force.end << " ms, peak " << 1e-3 * force.peak
+         << " k" << force_unit() << " at " << 1e3 * force.peak_time << " ms";
+    return text.str();
+  }
+
+  static constexpr int exit_interrupted = 130;
   const RunOptions &options;
   MPI_Comm comm;
   int rank;
@@ -342,7 +405,7 @@ std::string RunOptions::results_directory() const
   return "results/" + settings.name + (other ? "_" + name_of(*mode) : "");
 }
 
-int run_case(const RunOptions &options, MPI_Comm comm)
+Ending run_case(const RunOptions &options, MPI_Comm comm)
 {
   return Run(options, comm).execute();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/commands/commands.h"
 #include "coupler/application/output/results_directory.h"
+#include "coupler/application/output/written.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mpi_helpers.h"
@@ -153,7 +154,7 @@ public:
   {
     Console console(rank == 0);
     const std::string directory = options.results_directory();
-    Case settings = read_case(options.case_directory, overrides_of({}));
+    Case settings = options.read(overrides_of({}));
     check_results_directory(directory, options.case_directory, options.overwrite);
     if (settings.mode == Mode::fem || settings.mode == Mode::dem)
       settings.mode = Mode::fixed;
@@ -161,12 +162,15 @@ public:
     bond = base->settings.bond;
     prepare_results_directory(directory, options.case_directory, options.overwrite, comm);
 
-    std::ofstream table;
-    if (rank == 0)
-    {
-      table.open(directory + "/stability.csv");
-      table << "map,x_name,y_name,x,y,verdict,step,predicted_limit,energy_ratio,interface_loss,residual\n";
-    }
+    const std::string path = directory + "/stability.csv";
+    std::ofstream table; // of the first rank
+    on_first_rank(comm,
+                  [&]
+                  {
+                    table.open(path);
+                    table << "map,x_name,y_name,x,y,verdict,step,predicted_limit,energy_ratio,interface_loss,residual\n";
+                    check_written(table, path);
+                  });
     const std::vector<Map> maps = make_maps(settings.packing.mean_diameter);
     std::size_t total = 0, done = 0;
     for (const Map &map : maps)
@@ -178,13 +182,17 @@ public:
           console.progress(static_cast<double>(done) / static_cast<double>(total), map.name + ": " + x + ", " + y);
           ++done;
           const Outcome outcome = run(map.point(x, y));
-          if (rank == 0)
-            table << map.name << ',' << map.x_name << ',' << map.y_name << ',' << x << ',' << y << ',' << outcome.verdict << ','
-                  << outcome.step << ',' << outcome.limit << ',' << outcome.energy << ',' << outcome.lost << ','
-                  << outcome.residual << std::endl;
+          on_first_rank(comm,
+                        [&]
+                        {
+                          table << map.name << ',' << map.x_name << ',' << map.y_name << ',' << x << ',' << y << ','
+                                << outcome.verdict << ',' << outcome.step << ',' << outcome.limit << ',' << outcome.energy
+                                << ',' << outcome.lost << ',' << outcome.residual << '\n';
+                          check_written(table, path);
+                        });
         }
     console.finish_progress();
-    console.message("stability of " + std::to_string(done) + " settings in " + directory + "/stability.csv");
+    console.message("stability of " + std::to_string(done) + " settings in " + path + ", maps in " + directory + "/figures");
     return 0;
   }
 
@@ -203,7 +211,7 @@ private:
     Outcome outcome;
     try
     {
-      Case settings = read_case(options.case_directory, overrides_of(point.overrides));
+      Case settings = options.read(overrides_of(point.overrides));
       const double damping = settings.bond.damping;
       settings.given_stiffness = true;
       settings.bond = bond;

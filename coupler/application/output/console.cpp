@@ -5,7 +5,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <fcntl.h>
 #include <iostream>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 namespace kerf
@@ -15,6 +18,31 @@ namespace
 double wall_seconds()
 {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Columns of the terminal; 80 when it does not say.
+std::size_t terminal_width()
+{
+  winsize size = {};
+  return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+/// Seconds between lines of progress: in a terminal, in a file or pipe, and in the log.
+constexpr double pause_terminal = 0.2, pause_other = 10., pause_log = 60.;
+
+/// Whether the output goes to a terminal. mpirun gives its ranks terminals of its own: then its own output decides.
+bool writes_to_terminal()
+{
+  if (isatty(STDOUT_FILENO) == 0)
+    return false;
+  if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr)
+    return true;
+  const std::string path = "/proc/" + std::to_string(getppid()) + "/fd/1";
+  const int output = open(path.c_str(), O_WRONLY | O_NOCTTY);
+  const bool terminal = output >= 0 && isatty(output) != 0;
+  if (output >= 0)
+    close(output);
+  return terminal;
 }
 } // namespace
 
@@ -29,7 +57,7 @@ std::string clock_text(double seconds)
   return text;
 }
 
-Console::Console(bool active) : active(active), terminal(isatty(STDOUT_FILENO) != 0) {}
+Console::Console(bool active) : active(active), terminal(writes_to_terminal()) {}
 
 void Console::log_to(const std::string &path)
 {
@@ -60,25 +88,35 @@ void Console::progress(double fraction, const std::string &text)
   const double now = wall_seconds();
   if (fraction <= 0. || started == 0.)
     started = now;
-  if (now - last_shown < (terminal ? 0.2 : 10.) && fraction < 1.)
+  const bool is_last = fraction >= 1.;
+  const bool show = is_last || now - last_shown >= (terminal ? pause_terminal : pause_other);
+  const bool keep = log && (is_last || now - last_logged >= pause_log);
+  if (!show && !keep)
     return;
-  last_shown = now;
   const std::string eta = fraction > 0.01 ? clock_text((now - started) * (1. - fraction) / fraction) : "?";
   char head[64];
   std::snprintf(head, sizeof head, "%5.1f %%  ETA %-7s ", 100. * fraction, eta.c_str());
-  std::string line = head + text;
+  const std::string line = head + text;
+  if (keep)
+  {
+    last_logged = now;
+    log << line << std::endl;
+  }
+  if (!show)
+    return;
+  last_shown = now;
   if (terminal)
   {
-    const std::size_t length = line.size();
-    line.resize(std::max(length, last_length), ' ');
+    // The cursor must stay in the line, or the next one would not cover it.
+    std::string cut = line.substr(0, terminal_width() - 1);
+    const std::size_t length = cut.size();
+    cut.resize(std::max(length, std::min(last_length, terminal_width() - 1)), ' ');
     last_length = length;
-    std::cout << '\r' << line << std::flush;
+    std::cout << '\r' << cut << std::flush;
     line_open = true;
   }
   else
     std::cout << line << std::endl;
-  if (log)
-    log << line << std::endl;
 }
 
 void Console::finish_progress()

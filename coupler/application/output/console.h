@@ -19,15 +19,15 @@ public:
   void message(const std::string &text);
   /// Writes to the log only.
   void note(const std::string &text);
-  /// Shows the progress, at most a few times per second, every ten seconds if the output is no terminal. @param fraction
-  /// completed, in [0, 1]
+  /// Shows the progress: a few times per second in a terminal, cut to its width, every ten seconds elsewhere, and once a minute
+  /// in the log. @param fraction completed, in [0, 1]
   void progress(double fraction, const std::string &text);
   /// Ends the progress line.
   void finish_progress();
 
 private:
   bool active, terminal, line_open = false;
-  double started = 0., last_shown = -1e9;
+  double started = 0., last_shown = -1e9, last_logged = -1e9;
   std::size_t last_length = 0;
   std::ofstream log;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/output/conversion_log.h"
 
+#include "coupler/application/output/written.h"
+
 #include <iomanip>
 
 namespace kerf
@@ -26,7 +28,8 @@ const Column columns[] = {{"mass", "kg", false, [](What w) { return w.mass; }},
                           {"energy_elastic", "J", false, [](What w) { return w.elastic; }}};
 } // namespace
 
-ConversionLog::ConversionLog(const std::string &directory, bool plane) : plane(plane), csv(directory + "/activations.csv")
+ConversionLog::ConversionLog(const std::string &directory, bool plane)
+  : plane(plane), path(directory + "/activations.csv"), csv(path)
 {
   csv << "# units: time [s]";
   for (const Column &column : columns)
@@ -42,6 +45,7 @@ ConversionLog::ConversionLog(const std::string &directory, bool plane) : plane(p
     if (!column.in_space || !plane)
       csv << ',' << column.name << "_before," << column.name << "_after";
   csv << '\n' << std::setprecision(12);
+  check_written(csv, path);
 }
 
 void ConversionLog::add(const ActivationEvent &event)
@@ -52,6 +56,7 @@ void ConversionLog::add(const ActivationEvent &event)
   for (const Column &column : columns)
     if (!column.in_space || !plane)
       csv << ',' << column.value(event.before) << ',' << column.value(event.after);
-  csv << std::endl;
+  csv << '\n';
+  check_written(csv, path);
 }
 } // namespace kerf

@@ -18,6 +18,7 @@ public:
 
 private:
   bool plane;
+  std::string path;
   std::ofstream csv;
 };
 } // namespace kerf

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -54,8 +55,9 @@ std::vector<std::string> pythons()
 }
 
 /// Runs a program without a shell, so that names may contain any character. Returns its exit code, or -1 when it did not start
-/// or was ended by a signal. @param output receives the standard output unless null
-int run(const std::vector<std::string> &words, std::string *output = nullptr)
+/// or was ended by a signal. @param output receives the standard output unless null @param detached the program is not waited
+/// for and survives this one
+int run(const std::vector<std::string> &words, std::string *output = nullptr, bool detached = false)
 {
   int ends[2] = {-1, -1};
   if (output != nullptr && pipe(ends) != 0)
@@ -68,13 +70,22 @@ int run(const std::vector<std::string> &words, std::string *output = nullptr)
     posix_spawn_file_actions_addclose(&actions, ends[0]);
     posix_spawn_file_actions_addclose(&actions, ends[1]);
   }
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  if (detached)
+  {
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
+    for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
+      posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_WRONLY, 0);
+  }
   std::vector<char *> arguments;
   for (const std::string &word : words)
     arguments.push_back(const_cast<char *>(word.c_str()));
   arguments.push_back(nullptr);
   pid_t child = 0;
-  const bool started = posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environ) == 0;
+  const bool started = posix_spawn(&child, arguments[0], &actions, &attributes, arguments.data(), environ) == 0;
   posix_spawn_file_actions_destroy(&actions);
+  posix_spawnattr_destroy(&attributes);
   if (output != nullptr)
   {
     close(ends[1]);
@@ -85,6 +96,8 @@ int run(const std::vector<std::string> &words, std::string *output = nullptr)
   }
   if (!started)
     return -1;
+  if (detached)
+    return 0;
   int status = 0;
   while (waitpid(child, &status, 0) < 0)
     if (errno != EINTR)
@@ -104,7 +117,7 @@ std::string missing_modules(const std::string &python)
 }
 } // namespace
 
-void draw_figures(const std::string &directory)
+void draw_figures(const std::string &directory, bool detached)
 {
   if (!fs::exists(directory + "/history.h5") && !fs::exists(directory + "/stability.csv"))
     return;
@@ -121,7 +134,7 @@ void draw_figures(const std::string &directory)
     if (missing.empty())
     {
       // -B: no bytecode is written beside installed scripts.
-      if (run({python, "-B", script->string(), directory}) != 0)
+      if (run({python, "-B", script->string(), directory}, nullptr, detached) != 0)
         std::cerr << "figures were not drawn; try: " << python << " " << *script << " " << fs::path(directory) << std::endl;
       return;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/output/field_output.h"
 
+#include "coupler/application/output/written.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
 #include "coupler/base/mpi_helpers.h"
@@ -63,13 +64,21 @@ public:
     if (patches.empty())
     {
       write_empty(file);
+      check_written(file, path);
       return;
     }
     dealii::DataOutBase::VtkFlags flags;
     flags.compression_level = dealii::DataOutBase::VtkFlags::best_speed; // the default is many times slower
     flags.physical_units = units;
     this->set_flags(flags);
-    this->write_vtu(file);
+    try
+    {
+      this->write_vtu(file);
+    }
+    catch (const dealii::ExceptionBase &) // its text is long; the next line says the same
+    {
+    }
+    check_written(file, path);
   }
 
 private:
@@ -186,14 +195,12 @@ ParticleFields gather_particles(CoupledModel &model, MPI_Comm comm)
 FieldOutput::FieldOutput(const std::string &directory, CoupledModel &model, MPI_Comm comm)
   : directory(directory), comm(comm), dim(model.fem().mesh().dim)
 {
-  const int rank = rank_of(comm);
-  first_rank = rank == 0;
-  if (first_rank)
-  {
-    std::filesystem::create_directories(directory + "/fields");
-    write_mesh(model.fem().mesh());
-  }
-  MPI_Barrier(comm);
+  on_first_rank(comm,
+                [&]
+                {
+                  std::filesystem::create_directories(directory + "/fields");
+                  write_mesh(model.fem().mesh());
+                });
 }
 
 void FieldOutput::write(CoupledModel &model)
@@ -216,24 +223,31 @@ void FieldOutput::write(CoupledModel &model)
   const std::string fem_file = directory + "/fields/fem_" + stamp + ".vtu";
   if (model.fem().n_active_cells() > 0)
     model.fem().write_vtu(fem_file, {{"stress_measure", measure}});
-  else if (first_rank)
-    Cloud<0>({displacement_field, displacement_field, displacement_field, velocity_field, velocity_field, velocity_field})
-      .write(fem_file);
+  else
+    on_first_rank(
+      comm,
+      [&]
+      {
+        Cloud<0>({displacement_field, displacement_field, displacement_field, velocity_field, velocity_field, velocity_field})
+          .write(fem_file);
+      });
   const Eigen::Matrix3Xd displacement = model.fem().gather(fem::NodalField::displacement);
   const ParticleFields fields = gather_particles(model, comm);
-  if (!first_rank)
-    return;
-  write_particles(fields, stamp);
-  write_bonds(fields, stamp);
-  if (model.tool().disc())
-    write_disc(*model.tool().disc(), stamp);
-  else if (model.tool().present())
-    write_platens(model.tool().platens(), mesh_box(model.fem().mesh()), stamp);
-  write_snapshot(model, stamp, fields, displacement, alpha, measure);
-  for (const char *name : {"fem", "particles", "bonds"})
-    write_pvd(name);
-  if (model.tool().present())
-    write_pvd("tool");
+  on_first_rank(comm,
+                [&]
+                {
+                  write_particles(fields, stamp);
+                  write_bonds(fields, stamp);
+                  if (model.tool().disc())
+                    write_disc(*model.tool().disc(), stamp);
+                  else if (model.tool().present())
+                    write_platens(model.tool().platens(), mesh_box(model.fem().mesh()), stamp);
+                  write_snapshot(model, stamp, fields, displacement, alpha, measure);
+                  for (const char *name : {"fem", "particles", "bonds"})
+                    write_pvd(name);
+                  if (model.tool().present())
+                    write_pvd("tool");
+                });
 }
 
 void FieldOutput::write_particles(const ParticleFields &fields, const std::string &stamp) const
@@ -333,5 +347,6 @@ void FieldOutput::write_pvd(const std::string &name) const
     files.push_back({stamp.first, "fields/" + name + "_" + stamp.second + ".vtu"});
   std::ofstream file(directory + "/" + name + ".pvd");
   dealii::DataOutBase::write_pvd_record(file, files);
+  check_written(file, directory + "/" + name + ".pvd");
 }
 } // namespace kerf

@@ -47,7 +47,6 @@ private:
   std::string directory;
   MPI_Comm comm;
   int dim;
-  bool first_rank;
   std::vector<std::pair<double, std::string>> stamps; // time, text in file names
 };
 } // namespace kerf

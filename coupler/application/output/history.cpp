@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/output/history.h"
 
+#include "coupler/application/output/written.h"
 #include "dem_side/packing/hdf5_file.h"
 
+#include <algorithm>
+#include <cmath>
 #include <iomanip>
 
 namespace kerf
@@ -50,6 +53,32 @@ const std::vector<HistoryColumn> &history_columns()
   return columns;
 }
 
+ForceSummary summarise_force(const std::vector<HistoryRow> &rows, int axis)
+{
+  ForceSummary result;
+  if (rows.empty())
+    return result;
+  for (const HistoryRow &row : rows)
+    if (std::abs(row.tool_force[axis]) > std::abs(result.peak))
+    {
+      result.peak = row.tool_force[axis];
+      result.peak_time = row.time;
+    }
+  const auto contact =
+    std::find_if(rows.begin(), rows.end(),
+                 [&](const HistoryRow &row) { return std::abs(row.tool_force[axis]) > 1e-3 * std::abs(result.peak); });
+  const double first = contact != rows.end() ? contact->time : rows.front().time;
+  result.end = rows.back().time;
+  result.start = 0.5 * (first + result.end);
+  const auto from = std::find_if(rows.begin(), rows.end(), [&](const HistoryRow &row) { return row.time >= result.start; });
+  double integral = 0.;
+  for (auto row = from; row + 1 != rows.end(); ++row)
+    integral += 0.5 * (row->tool_force[axis] + (row + 1)->tool_force[axis]) * ((row + 1)->time - row->time);
+  const double duration = result.end - from->time;
+  result.mean = duration > 0. ? integral / duration : from->tool_force[axis];
+  return result;
+}
+
 History::History(const std::string &directory) : directory(directory), csv(directory + "/history.csv")
 {
   csv << "# units:";
@@ -59,6 +88,7 @@ History::History(const std::string &directory) : directory(directory), csv(direc
   for (std::size_t c = 0; c < history_columns().size(); ++c)
     csv << (c > 0 ? "," : "") << history_columns()[c].name;
   csv << '\n' << std::setprecision(12);
+  check_written(csv, directory + "/history.csv");
 }
 
 void History::add(const HistoryRow &row)
@@ -66,8 +96,10 @@ void History::add(const HistoryRow &row)
   all.push_back(row);
   for (std::size_t c = 0; c < history_columns().size(); ++c)
     csv << (c > 0 ? "," : "") << history_columns()[c].value(row);
-  csv << std::endl;
+  csv << '\n';
+  check_written(csv, directory + "/history.csv");
 }
+
 void History::flush() const
 {
   Hdf5Writer file(directory + "/history.h5");

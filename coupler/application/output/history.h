@@ -29,6 +29,17 @@ struct HistoryColumn
 };
 const std::vector<HistoryColumn> &history_columns();
 
+/// The force on the tool along an axis. Its steady part is the second half of the time after the first contact, which is when
+/// the force passes a thousandth of its peak. The figures use the same.
+struct ForceSummary
+{
+  double mean = 0.;            ///< of the steady part, by the trapezoidal rule [N]
+  double start = 0., end = 0.; ///< of the steady part [s]
+  double peak = 0.;            ///< the value of the largest magnitude [N]
+  double peak_time = 0.;       ///< [s]
+};
+ForceSummary summarise_force(const std::vector<HistoryRow> &rows, int axis);
+
 /// Writes history.csv row by row, so that it is readable during the run, and history.h5 at every flush().
 class History
 {

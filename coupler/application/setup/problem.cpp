@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/application/setup/problem.h"
 
+#include "coupler/application/setup/case_checks.h"
 #include "coupler/application/setup/packing_domain.h"
+#include "coupler/application/setup/size_limits.h"
 #include "coupler/application/setup/time_step.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mesh_geometry.h"
@@ -10,19 +12,36 @@
 #include "dem_side/bond_network/bond_network.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <iomanip>
 #include <limits>
 #include <sstream>
+#include <unistd.h>
 
 namespace kerf
 {
 namespace
 {
-/// Runs @p action and converts its errors to InputErrors that name the place in the case. Programming errors pass through.
-template <typename Action>
-auto as_input_error(const std::string &place, const Action &action)
+/// The key of the case that an error of the finite elements is about, which its text begins with; otherwise the mesh.
+std::string key_of(const std::string &what)
+{
+  static const std::vector<std::pair<std::string, std::string>> keys = {{"boundary condition", "Boundary/Conditions: "},
+                                                                        {"initial stress", "Loads/Initial stress: "},
+                                                                        {"mesh file", "Mesh/File: "},
+                                                                        {"rock", "Rock: "}};
+  for (const auto &[start, key] : keys)
+    if (what.rfind(start, 0) == 0)
+      return key;
+  return "Mesh: ";
+}
+
+/// Runs @p action and converts its errors to InputErrors that begin with the place in the case. Programming errors pass
+/// through. @param place function of the error's text
+template <typename Place, typename Action>
+auto as_input_error(const Place &place, const Action &action)
 {
   try
   {
@@ -32,7 +51,7 @@ auto as_input_error(const std::string &place, const Action &action)
   {
     if (is_bug(error))
       throw;
-    throw InputError(place + error.what());
+    throw InputError(place(error_line(error)) + error_line(error));
   }
 }
 
@@ -201,9 +220,14 @@ dem::Packing no_packing(const Case &settings, const Box &body)
 
 std::unique_ptr<fem::FemSide> build_fem(const Case &settings, MPI_Comm comm)
 {
+  int n_ranks = 1;
+  MPI_Comm_size(comm, &n_ranks);
+  check_mesh_size(settings, n_ranks);
+  check_contact_points(settings, n_ranks);
   fem::Settings body = settings.body;
   body.comm = comm;
-  auto fem = as_input_error(case_path(settings) + ": Mesh: ", [&] { return fem::make_fem_side(body); });
+  auto fem = as_input_error([&](const std::string &what) { return case_path(settings) + ": " + key_of(what); },
+                            [&] { return fem::make_fem_side(body); });
   check_distance(settings, fem->mesh());
   return fem;
 }
@@ -213,7 +237,7 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
 {
   const PackingDomain space = find_packing_domain(settings, fem.mesh());
   const auto named = [&](const char *section, const auto &action)
-  { return as_input_error(case_path(settings) + ": " + section + ": ", action); };
+  { return as_input_error([&](const std::string &) { return case_path(settings) + ": " + section + ": "; }, action); };
   on_first_rank(
     comm,
     [&]
@@ -222,6 +246,11 @@ void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &
         packing = dem::load_packing(settings.packing_file);
       else
       {
+        // Generation takes minutes: the file is tried before.
+        const std::string folder = std::filesystem::path(settings.packing_file).parent_path().string();
+        if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
+          throw InputError(shown(settings.packing_file) + ": cannot be written, " + std::strerror(errno));
+        check_particle_number(settings, estimate_particles(settings.packing, space.volume), 1);
         dem::PackingSettings target = settings.packing;
         target.lower = space.box.lower;
         target.upper = space.box.upper;
@@ -289,13 +318,16 @@ std::string packing_summary(const dem::Packing &packing)
   return text.str();
 }
 
-std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
+std::unique_ptr<Problem> set_up_mesh(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
 {
   auto problem = std::make_unique<Problem>();
   problem->settings = settings;
   for (const std::string &notice : settings.notices)
     console.message(notice);
   problem->fem = build_fem(settings, comm);
+  check_settings(settings, mode, problem->fem->mesh());
+  for (const std::string &doubt : doubts(settings, mode, problem->fem->mesh()))
+    console.message("warning: " + doubt);
   const Box body = mesh_box(problem->fem->mesh());
   if (settings.tool.kind == ToolKind::platens)
   {
@@ -319,10 +351,15 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
   check_tool(settings, *problem->fem);
   if (mode == Mode::fem && settings.tool.kind == ToolKind::disc)
     warn_of_coarse_contact(settings, console);
+  return problem;
+}
 
+std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm)
+{
+  std::unique_ptr<Problem> problem = set_up_mesh(settings, mode, console, comm);
   if (mode == Mode::fem)
   {
-    problem->packing = no_packing(settings, body);
+    problem->packing = no_packing(settings, mesh_box(problem->fem->mesh()));
     if (settings.tool.stiffness_ratio == 0.)
       problem->settings.tool.stiffness_ratio = stiffness_ratio_of_cells;
   }

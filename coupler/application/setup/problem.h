@@ -35,6 +35,10 @@ enum class StoreUse
 /// missing. A store that exists is not changed. Mode fem has no store. Throws InputError. Collective.
 std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console &console, MPI_Comm comm);
 
+/// The first half of it: the mesh with all checks that need no packing. Packing, constraint and steps are empty. Throws
+/// InputError. Collective.
+std::unique_ptr<Problem> set_up_mesh(const Case &settings, Mode mode, Console &console, MPI_Comm comm);
+
 /// Reads or generates the packing of a case and calibrates its bond stiffnesses. Throws InputError. Collective.
 void build_packing(const Case &settings, const fem::FemSide &fem, dem::Packing &packing, StoreUse use, Console &console,
                    MPI_Comm comm);

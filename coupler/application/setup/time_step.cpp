@@ -10,6 +10,9 @@ namespace kerf
 {
 namespace
 {
+/// Steps of a run; their number stays exact, and no machine does as many in a year.
+constexpr double most_steps = 1e12;
+
 /// Throws an InputError with the reason why the constraint refuses the case.
 void check_refusal(Refusal refusal, const Case &settings, const fem::FemSide &fem)
 {
@@ -51,6 +54,14 @@ double choose_time_step(const Case &settings, Mode mode, const StableSteps &stab
          << "smaller step, or 0 for Time/Safety x stable step";
     throw InputError(text.str());
   }
-  return settings.time_step > 0. ? settings.time_step : std::min(settings.safety * stable.reference, stable.coupled);
+  const double dt = settings.time_step > 0. ? settings.time_step : std::min(settings.safety * stable.reference, stable.coupled);
+  if (const double steps = settings.end_time / dt; !(steps <= most_steps))
+  {
+    std::ostringstream text;
+    text << settings.directory << "/case.prm: Time/End time = " << settings.end_time << " s are " << steps << " steps of " << dt
+         << " s, the most are " << most_steps;
+    throw InputError(text.str());
+  }
+  return dt;
 }
 } // namespace kerf

@@ -2,6 +2,7 @@
 #include "coupler/application/stand_alone/export_case.h"
 
 #include "coupler/application/output/results_directory.h"
+#include "coupler/application/output/written.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mpi_helpers.h"
@@ -280,6 +281,8 @@ void write_script(const ScriptContents &contents, const std::string &directory)
   writer.write(script_stream,
                fs::proximate(fs::weakly_canonical(contents.settings.packing_file), fs::weakly_canonical(directory)).string());
   writer.write_particles(particle_stream);
+  check_written(script, directory + "/" + script_name);
+  check_written(particles, directory + "/particles.data");
   const std::vector<AbsorbingSide> sides = writer.absorbing_sides();
   for (std::size_t n = 0; n < sides.size(); ++n)
   {
@@ -287,6 +290,7 @@ void write_script(const ScriptContents &contents, const std::string &directory)
     ExactStream areas(file);
     for (const auto &[tag, area] : sides[n].areas)
       areas << tag << ' ' << area << '\n';
+    check_written(file, directory + "/" + areas_name(n));
   }
 }
 
@@ -294,7 +298,7 @@ int export_case(const RunOptions &options, MPI_Comm comm)
 {
   const int rank = rank_of(comm);
   Console console(rank == 0);
-  const Case settings = read_case(options.case_directory, options.overrides);
+  const Case settings = options.read();
   const std::string directory = options.output.empty() ? "results/" + settings.name + "_liggghts" : options.output;
   const std::string script = directory + "/" + script_name;
   check_results_directory(directory, options.case_directory, options.overwrite);
@@ -310,17 +314,23 @@ int export_case(const RunOptions &options, MPI_Comm comm)
   const std::unique_ptr<Problem> made = set_up_problem(settings, Mode::dem, console, comm);
   const Problem &scene = *made;
   prepare_results_directory(directory, options.case_directory, options.overwrite, comm);
-  if (rank != 0)
-    return 0;
-  std::ofstream(directory + "/case.prm") << settings.used_parameters;
   const ParticleBoundary boundary(scene.fem->mesh(), settings.body.material, settings.body.boundary_conditions, scene.packing,
                                   settings.body.surface_spacing);
   const Tool tool(scene.settings.tool, scene.packing.dim, scene.settings.bond.k_n, scene.packing.mean_diameter,
                   settings.body.material.density, comm);
-  write_script({scene.settings, scene.packing, boundary, particle_settings(scene.settings, scene.packing, scene.dt, comm),
-                std::max<std::int64_t>(1, std::llround(std::ceil(settings.end_time / scene.dt - 1e-9))),
-                tool.present() ? "." : ""},
-               directory);
+  const ScriptContents contents{scene.settings,
+                                scene.packing,
+                                boundary,
+                                particle_settings(scene.settings, scene.packing, scene.dt, comm),
+                                std::max<std::int64_t>(1, std::llround(std::ceil(settings.end_time / scene.dt - 1e-9))),
+                                tool.present() ? "." : ""};
+  on_first_rank(comm,
+                [&]
+                {
+                  std::ofstream echo(directory + "/case.prm");
+                  check_written(echo << settings.used_parameters, directory + "/case.prm");
+                  write_script(contents, directory);
+                });
   console.message("wrote " + script + ", particles.data and case.prm; run it there with: kerf liggghts -in " + script_name);
   return 0;
 }
