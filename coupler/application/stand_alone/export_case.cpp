@@ -3,6 +3,7 @@
 
 #include "coupler/application/output/results_directory.h"
 #include "coupler/application/setup/problem.h"
+#include "coupler/application/setup/time_step.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mpi_helpers.h"
 
@@ -318,8 +319,7 @@ int export_case(const RunOptions &options, MPI_Comm comm)
   const Tool tool(scene.settings.tool, scene.packing.dim, scene.settings.bond.k_n, scene.packing.mean_diameter,
                   settings.body.material.density, comm);
   write_script({scene.settings, scene.packing, boundary, particle_settings(scene.settings, scene.packing, scene.dt, comm),
-                std::max<std::int64_t>(1, std::llround(std::ceil(settings.end_time / scene.dt - 1e-9))),
-                tool.present() ? "." : ""},
+                number_of_steps(settings.end_time, scene.dt), tool.present() ? "." : ""},
                directory);
   console.message("wrote " + script + ", particles.data and case.prm; run it there with: kerf liggghts -in " + script_name);
   return 0;
