@@ -295,11 +295,13 @@ public:
   virtual void begin_step(double dt, double time) = 0;
   /// f = -f_int(u) + loads on the boundary and weight. Forces that were added before are lost.
   virtual void compute_forces() = 0;
-  /// v += dt/2 f/M with prescribed velocities enforced. Throws Unstable on every rank when velocities are no longer finite,
-  /// which is looked at from time to time only.
+  /// v += dt/2 f/M with prescribed velocities enforced.
   virtual void end_step(double dt, double time) = 0;
   /// Largest stable step of central differences for the present weights [s]: 2/omega_max by Lanczos' method.
   virtual double stable_step() const = 0;
+  /// Throws Unstable on every rank when velocities are not finite or a cell has turned inside out: its deformation has no
+  /// positive volume at a quadrature point of weight above zero. As expensive as a part of a step.
+  virtual void check_motion() const = 0;
 
   // ---- Nodal window: chosen nodes whose values go out and forces come in.
 

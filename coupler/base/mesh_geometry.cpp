@@ -115,8 +115,10 @@ std::vector<int> cells_inside(const fem::Mesh &mesh, const std::vector<Box> &box
   for (int cell = 0; cell < mesh.n_cells(); ++cell)
   {
     const Vector3d centre = cell_centre(mesh, cell);
+    // A centre on the border of a box is inside, whatever its round-off.
+    const double slack = 1e-9 * cell_box(mesh, cell).diagonal().norm();
     for (const Box &box : boxes)
-      if ((centre.array() >= box.lower.array()).all() && (centre.array() <= box.upper.array()).all())
+      if ((centre.array() >= box.lower.array() - slack).all() && (centre.array() <= box.upper.array() + slack).all())
       {
         cells.push_back(cell);
         break;

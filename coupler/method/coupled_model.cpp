@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <sstream>
 
 namespace kerf
 {
@@ -166,7 +167,11 @@ template <typename Action>
 void CoupledModel::with_runaway_reported(const Action &action)
 {
   const auto unstable = [this](const std::exception &error)
-  { return UnstableRun("run became unstable near t = " + std::to_string(now) + " s: " + error.what()); };
+  {
+    std::ostringstream text;
+    text << "run became unstable near t = " << now << " s: " << error.what();
+    return UnstableRun(text.str());
+  };
   try
   {
     action();
@@ -184,8 +189,12 @@ void CoupledModel::with_runaway_reported(const Action &action)
 void CoupledModel::advance(int steps)
 {
   clock.restart();
-  with_runaway_reported([&]
-                        { dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); }); });
+  with_runaway_reported(
+    [&]
+    {
+      dem_side->advance(steps, [this](dem::Phase phase, dem::Particles &all) { cycle(phase, all); });
+      fem_side.check_motion(); // blocks of steps end at every row of the history and at the end of the run
+    });
   if (fem_side.n_active_cells() > 0)
     debris_contact.find_debris(*dem_side, regions.bonds(), conversion.tied_particles());
   clock.lap(Part::dem);

@@ -3,16 +3,12 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
+#include <sstream>
 #include <stdexcept>
 
 namespace kerf::fem
 {
-namespace
-{
-/// Steps between two checks of the velocities. The check is collective, so it is too expensive for every step.
-constexpr int steps_between_checks = 1000;
-} // namespace
-
 template <int dim>
 ExplicitSolver<dim>::ExplicitSolver(const Settings &settings_in)
   : settings(settings_in), space(settings.comm, settings.mesh), locator(space),
@@ -201,17 +197,43 @@ void ExplicitSolver<dim>::end_step(const double dt, const double time)
   }
   boundary_work += kinetic_energy_of_velocity_boundaries();
   last_dt = dt;
-  if (++n_steps % steps_between_checks == 0)
-    check_velocities();
 }
 
 template <int dim>
-void ExplicitSolver<dim>::check_velocities() const
+void ExplicitSolver<dim>::check_motion() const
 {
-  int finite = velocity.head(space.n_owned_dofs()).allFinite();
-  MPI_Allreduce(MPI_IN_PLACE, &finite, 1, MPI_INT, MPI_MIN, space.comm);
-  if (!finite)
+  NodalVector &u = with_copies;
+  u = displacement;
+  space.update_copies(u);
+  std::array<Eigen::Matrix<double, n, dim>, n> derivatives;
+  for (int q = 0; q < n; ++q)
+    derivatives[q] = q1::shape_derivatives<dim>(q1::gauss_point<dim>(q));
+  const int none = space.mesh.n_cells();
+  int not_finite = !velocity.head(space.n_owned_dofs()).allFinite(), inside_out = none;
+  for (std::size_t c = 0; c < space.owned_cells.size(); ++c)
+  {
+    if (!is_active(static_cast<int>(c)))
+      continue;
+    q1::NodalValues<dim> x = space.cell_nodes(space.owned_cells[c]);
+    for (int a = 0; a < n; ++a)
+      x.col(a) += Eigen::Map<const q1::Point<dim>>(u.data() + space.owned_cell_dofs[c][a]);
+    for (int q = 0; q < n; ++q) // where the stress counts
+      if (alpha[n * static_cast<int>(c) + q] > 0. && !(Eigen::Matrix<double, dim, dim>(x * derivatives[q]).determinant() > 0.))
+        inside_out = std::min(inside_out, space.owned_cells[c]);
+  }
+  int worst[] = {-not_finite, inside_out};
+  MPI_Allreduce(MPI_IN_PLACE, worst, 2, MPI_INT, MPI_MIN, space.comm);
+  if (worst[0] != 0)
     throw Unstable("the velocities of the finite elements are not finite");
+  if (worst[1] == none)
+    return;
+  const q1::Point<dim> centre = space.cell_nodes(worst[1]).rowwise().mean();
+  std::ostringstream text;
+  text << "cell " << worst[1] << " around (" << centre[0];
+  for (int c = 1; c < dim; ++c)
+    text << ", " << centre[c];
+  text << ") m has turned inside out; its loads are too large for an elastic continuum, or the time step is too large";
+  throw Unstable(text.str());
 }
 
 template <int dim>

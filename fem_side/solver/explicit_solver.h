@@ -51,6 +51,7 @@ public:
   Eigen::Matrix3Xd gather(NodalField field) const override;
   Energies energies() const override;
   double stable_step() const override;
+  void check_motion() const override;
   void write_vtu(const std::string &path,
                  const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const override;
 
@@ -70,7 +71,6 @@ private:
   double kinetic_energy_of_velocity_boundaries() const;
   void add_surface_work(double dt);
   double finite_step_energy() const;
-  void check_velocities() const;
 
   Settings settings;
   NodalSpace<dim> space;
@@ -92,8 +92,7 @@ private:
   mutable NodalVector with_copies;  ///< displacements with copies and slaves up to date, for const functions
   std::vector<double> inverse_mass; ///< per owned component; 0 where prescribed or without mass
   double last_dt = 0.;              ///< of the last step [s]
-  std::int64_t n_steps = 0;
-  bool forces_are_current = false; ///< false after set_state() and set_weights()
+  bool forces_are_current = false;  ///< false after set_state() and set_weights()
 
   std::vector<PrescribedDof> prescribed;
   Surface<dim> surface;

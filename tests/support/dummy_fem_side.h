@@ -65,6 +65,7 @@ public:
   void begin_step(double, double) override {}
   void compute_forces() override { force.setZero(); }
   void end_step(double, double) override {}
+  void check_motion() const override {}
 
   void set_window(const std::vector<int> &nodes) override { window = nodes; }
   void read_window(fem::NodalField field, Eigen::Matrix3Xd &values) const override

@@ -4,6 +4,7 @@
 #include "coupler/application/setup/packing_domain.h"
 #include "coupler/application/setup/problem.h"
 #include "coupler/application/setup/size_limits.h"
+#include "coupler/application/setup/time_step.h"
 #include "coupler/base/mesh_geometry.h"
 
 #include "coupler/base/mpi_helpers.h"
@@ -132,7 +133,7 @@ int check_case(const RunOptions &options, MPI_Comm comm)
     return check_without_store(settings, mode, console, comm);
   const auto problem = set_up_problem(settings, mode, console, comm);
 
-  const double steps = std::ceil(problem->settings.end_time / problem->dt);
+  const auto steps = static_cast<double>(number_of_steps(problem->settings.end_time, problem->dt));
   const int n_particles = count_particles(*problem, mode);
   const double fem_step = mode == Mode::dem ? 0. : seconds_of_fem_step(*problem->fem, problem->dt);
   // The number of particles of an adaptive run grows at once where the tool enters and slowly later: 0.8 of the last number on

@@ -8,6 +8,7 @@
 #include "coupler/application/output/specimen_gauge.h"
 #include "coupler/application/output/written.h"
 #include "coupler/application/setup/problem.h"
+#include "coupler/application/setup/time_step.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mpi_helpers.h"
 
@@ -106,7 +107,7 @@ private:
       gauge = std::make_unique<SpecimenGauge>(problem->settings, problem->specimen, problem->packing, comm);
     damage = std::make_unique<DamageWatch>(*model, problem->settings.activation.check_interval, comm);
     fields = std::make_unique<FieldOutput>(directory, *model, comm);
-    n_steps = std::max<std::int64_t>(1, std::llround(std::ceil(problem->settings.end_time / problem->dt - 1e-9)));
+    n_steps = number_of_steps(problem->settings.end_time, problem->dt);
     snapshot_interval = std::max<std::int64_t>(1, n_steps / problem->settings.n_snapshots);
     started = MPI_Wtime();
     cpu_started = std::clock();

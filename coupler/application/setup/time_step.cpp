@@ -4,6 +4,7 @@
 #include "coupler/base/errors.h"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 namespace kerf
@@ -63,5 +64,12 @@ double choose_time_step(const Case &settings, Mode mode, const StableSteps &stab
     throw InputError(text.str());
   }
   return dt;
+}
+
+std::int64_t number_of_steps(double end_time, double dt)
+{
+  constexpr double round_off = 1e-9; // of a step, or relative where numbers of steps are large
+  const double steps = end_time / dt;
+  return std::max<std::int64_t>(1, std::llround(std::ceil(steps - std::max(round_off, 1e-14 * steps))));
 }
 } // namespace kerf

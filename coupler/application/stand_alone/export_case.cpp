@@ -4,6 +4,7 @@
 #include "coupler/application/output/results_directory.h"
 #include "coupler/application/output/written.h"
 #include "coupler/application/setup/problem.h"
+#include "coupler/application/setup/time_step.h"
 #include "coupler/base/errors.h"
 #include "coupler/base/mpi_helpers.h"
 
@@ -322,7 +323,7 @@ int export_case(const RunOptions &options, MPI_Comm comm)
                                 scene.packing,
                                 boundary,
                                 particle_settings(scene.settings, scene.packing, scene.dt, comm),
-                                std::max<std::int64_t>(1, std::llround(std::ceil(settings.end_time / scene.dt - 1e-9))),
+                                number_of_steps(settings.end_time, scene.dt),
                                 tool.present() ? "." : ""};
   on_first_rank(comm,
                 [&]

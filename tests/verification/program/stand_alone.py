@@ -217,8 +217,8 @@ def test_bad_lines(script, good_line):
 
 
 def test_export():
-    """The small cut with all kinds of boundaries: 800 steps by kerf run --mode dem and by the script."""
-    options = ["--set", "Time/Time step=1e-7", "--set", "Time/End time=8e-5", "--set", "Output/Snapshots=1", "--set",
+    """The small cut with all kinds of boundaries: 1000 steps by kerf run --mode dem and by the script."""
+    options = ["--set", "Time/Time step=8e-8", "--set", "Time/End time=8e-5", "--set", "Output/Snapshots=1", "--set",
                "Boundary/Conditions=left: absorbing; right: roller; bottom: velocity 0.3 0.6 ramp 2e-5"]
     output = os.path.join(os.path.dirname(work), "run")
     result = kerf_runner.run(KERF, ["run", case, "--mode", "dem", "--output", output, *options])
