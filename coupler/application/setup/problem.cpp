@@ -150,6 +150,18 @@ void check_tool(const Case &settings, const fem::FemSide &fem)
   }
 }
 
+/// Median edge of the cells [m].
+double typical_edge(const fem::Mesh &mesh)
+{
+  std::vector<double> edges;
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    for (int c = 0; c < mesh.dim; ++c) // lexicographic order: edges join corner 0 to corners 1, 2 and 4
+      edges.push_back((mesh.nodes.col(mesh.cells(1 << c, cell)) - mesh.nodes.col(mesh.cells(0, cell))).norm());
+  const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
+  std::nth_element(edges.begin(), middle, edges.end());
+  return *middle;
+}
+
 /// A disc that touches cells larger than its contact finds too much resistance. Other modes convert such cells, or have
 /// particles.
 void warn_of_coarse_contact(const Case &settings, Console &console)
@@ -159,8 +171,8 @@ void warn_of_coarse_contact(const Case &settings, Console &console)
   if (half_width >= 2. * settings.body.mesh.cell_size)
     return;
   std::ostringstream text;
-  text << "warning: Mesh/Cell size = " << settings.body.mesh.cell_size
-       << " m does not resolve the contact of the disc (half width " << half_width
+  text << "warning: " << (settings.body.mesh.gmsh_file.empty() ? "Mesh/Cell size" : "the median edge of the cells of Mesh/File")
+       << " = " << settings.body.mesh.cell_size << " m does not resolve the contact of the disc (half width " << half_width
        << " m at Rock/Compressive strength): in mode fem its force is too large (docs/results/cutting.md)";
   console.message(text.str());
 }
@@ -287,6 +299,12 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
   for (const std::string &notice : settings.notices)
     console.message(notice);
   problem->fem = build_fem(settings, comm);
+  if (!settings.body.mesh.gmsh_file.empty()) // Mesh/Cell size says nothing of a file
+  {
+    problem->settings.body.mesh.cell_size = typical_edge(problem->fem->mesh());
+    if (settings.overlap_cells > 0.)
+      problem->settings.overlap.width = settings.overlap_cells * problem->settings.body.mesh.cell_size;
+  }
   const Box body = mesh_box(problem->fem->mesh());
   if (settings.tool.kind == ToolKind::platens)
   {
@@ -296,8 +314,8 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
   }
   if (mode == Mode::adaptive || mode == Mode::fixed)
   {
-    check_overlap(settings, *problem->fem);
-    if (const double cells = settings.overlap.width / settings.body.mesh.cell_size; cells < 2. - 1e-9)
+    check_overlap(problem->settings, *problem->fem);
+    if (const double cells = problem->settings.overlap.width / problem->settings.body.mesh.cell_size; cells < 2. - 1e-9)
     {
       std::ostringstream text;
       text << "warning: Coupling/Overlap width is " << cells
@@ -309,7 +327,7 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
     throw InputError(case_path(settings) + ": Fixed/Region holds no cell, mode fixed needs a region inside the mesh");
   check_tool(settings, *problem->fem);
   if (mode == Mode::fem && settings.tool.kind == ToolKind::disc)
-    warn_of_coarse_contact(settings, console);
+    warn_of_coarse_contact(problem->settings, console);
 
   if (mode == Mode::fem)
   {
