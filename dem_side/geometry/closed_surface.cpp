@@ -189,6 +189,11 @@ void ClosedSurface::orient_outwards()
         auto &sides = m_neighbours[f];
         m_dim == 2 ? std::swap(sides[0], sides[1]) : std::swap(sides[1], sides[2]);
       }
+    double volume = 0.; // that of a cavity is negative
+    for (const int f : part)
+      volume += (m_points[m_facets[f][0]] - middle).dot(area_vector(f));
+    if (volume > 0.)
+      m_bodies.push_back(middle);
   }
 }
 
@@ -199,6 +204,83 @@ Vector3d ClosedSurface::area_vector(int facet) const
   if (m_dim == 2)
     return {b[1] - a[1], a[0] - b[0], 0.};
   return 0.5 * (b - a).cross(m_points[m_facets[facet][2]] - a);
+}
+
+/// Whether an edge (2D: the segment) of a facet passes through another one.
+bool ClosedSurface::cuts(int facet, int other) const
+{
+  const double nothing = 1e-6 * (m_upper - m_lower).maxCoeff(); // as in merge_points()
+  const Facet &g = m_facets[other];
+  const Vector3d &a = m_points[g[0]], &b = m_points[g[1]], outward = area_vector(other).normalized();
+  for (int k = 0; k < (m_dim == 2 ? 1 : 3); ++k)
+  {
+    const Vector3d &p = m_points[m_facets[facet][k]], &q = m_points[m_facets[facet][(k + 1) % m_dim]];
+    const double from = outward.dot(p - a), to = outward.dot(q - a);
+    if (!((from > nothing && to < -nothing) || (from < -nothing && to > nothing)))
+      continue;
+    const Vector3d x = p + from / (from - to) * (q - p);
+    bool inside = true;
+    if (m_dim == 2)
+      inside = (x - a).dot(b - a) > nothing * (b - a).norm() && (x - b).dot(a - b) > nothing * (b - a).norm();
+    else
+      for (int l = 0; l < 3; ++l)
+      {
+        const Vector3d &corner = m_points[g[l]], side = m_points[g[(l + 1) % 3]] - corner;
+        inside = inside && outward.cross(side).dot(x - corner) > nothing * side.norm();
+      }
+    if (inside)
+      return true;
+  }
+  return false;
+}
+
+void ClosedSurface::check_cuts() const
+{
+  struct Bounds
+  {
+    Vector3d low, high;
+    int facet;
+  };
+  std::vector<Bounds> all;
+  for (int f = 0; f < n_facets(); ++f)
+  {
+    all.push_back({m_points[m_facets[f][0]], m_points[m_facets[f][0]], f});
+    for (int k = 1; k < m_dim; ++k)
+    {
+      all.back().low = all.back().low.cwiseMin(m_points[m_facets[f][k]]);
+      all.back().high = all.back().high.cwiseMax(m_points[m_facets[f][k]]);
+    }
+  }
+  std::sort(all.begin(), all.end(), [](const Bounds &a, const Bounds &b) { return a.low[0] < b.low[0]; });
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (std::size_t j = i + 1; j < all.size() && all[j].low[0] <= all[i].high[0]; ++j)
+    {
+      if ((all[i].low.array() > all[j].high.array()).any() || (all[j].low.array() > all[i].high.array()).any())
+        continue;
+      const Facet &f = m_facets[all[i].facet], &g = m_facets[all[j].facet];
+      bool joined = false;
+      for (int k = 0; k < m_dim; ++k)
+        joined = joined || std::find(g.begin(), g.begin() + m_dim, f[k]) != g.begin() + m_dim;
+      if (joined || !(cuts(all[i].facet, all[j].facet) || cuts(all[j].facet, all[i].facet)))
+        continue;
+      const Vector3d where = 0.5 * (all[i].low.cwiseMax(all[j].low) + all[i].high.cwiseMin(all[j].high));
+      std::ostringstream text;
+      text << "cuts itself, near " << where[0] << " " << where[1] << " " << where[2] << " m";
+      fail(text.str());
+    }
+}
+
+void ClosedSurface::check_one_body() const
+{
+  check_cuts();
+  if (m_bodies.size() == 1)
+    return;
+  std::ostringstream text;
+  text << "has " << m_bodies.size() << " pieces, one is allowed; two of them at";
+  for (const std::size_t k : {0u, 1u})
+    text << (k ? " and " : " ") << m_bodies[k][0] << " " << m_bodies[k][1] << " " << m_bodies[k][2];
+  text << " m";
+  fail(text.str());
 }
 
 double ClosedSurface::section(double y) const

@@ -48,6 +48,8 @@ public:
   const Eigen::Vector3d &upper() const { return m_upper; }
   double volume() const { return m_volume; } ///< enclosed volume [m^3] (2D: area [m^2])
   double area() const { return m_area; }     ///< of the surface [m^2] (2D: length [m])
+  /// Throws std::invalid_argument with one line when facets cut each other, or when there is more than one body.
+  void check_one_body() const;
   /// Area of the cross-section normal to y at this height [m^2] (2D: its length [m]).
   double section(double y) const;
   /// Means of the powers 1 to 7 of the position along five fixed directions over the enclosed volume, relative to the bounding
@@ -64,6 +66,8 @@ private:
   void orient_outwards();
   void compute_normals();
   void sort_into_cells();
+  bool cuts(int facet, int other) const;
+  void check_cuts() const;
   Eigen::Vector3d closest_point(const Facet &facet, const Eigen::Vector3d &x, int &feature) const;
   Eigen::Vector3d area_vector(int facet) const;
 
@@ -72,6 +76,7 @@ private:
   Eigen::Vector3d m_lower, m_upper;
   std::vector<Eigen::Vector3d> m_points;
   std::vector<Facet> m_facets;
+  std::vector<Eigen::Vector3d> m_bodies;        ///< a point of each outer part of the surface
   std::vector<std::array<int, 3>> m_neighbours; ///< facet across the edge from corner k to k + 1 (2D: beyond corner k)
   std::vector<Eigen::Vector3d> m_normals;       ///< of the facets, outwards
   std::vector<std::array<Eigen::Vector3d, 7>> m_pseudo_normals; ///< of each facet, its edges and its corners

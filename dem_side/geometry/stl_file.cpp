@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "dem_side/geometry/closed_surface.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -12,6 +16,7 @@ namespace kerf::dem
 {
 namespace
 {
+const std::string byte_order_mark = "\xEF\xBB\xBF";      // of a text in UTF-8
 constexpr std::size_t header_size = 80, facet_size = 50; // bytes of the binary format
 
 SurfaceMesh from_corners(const std::vector<double> &values)
@@ -27,17 +32,20 @@ SurfaceMesh from_corners(const std::vector<double> &values)
 SurfaceMesh read_stl(const std::string &path)
 {
   const auto fail = [&path](const std::string &what) { throw std::invalid_argument(path + ": " + what); };
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) // reading a fifo would wait
+    fail("is not a file");
   std::ifstream file(path, std::ios::binary);
   if (!file)
     fail("cannot be read");
   const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
 
-  // A binary file may begin with "solid", too. It is recognised by its length, which follows from its number of facets.
+  // A binary file may begin with "solid", too. Its number of facets tells, which of a text is far larger than the file.
   std::uint32_t count = 0;
   if (bytes.size() >= header_size + 4)
     std::memcpy(&count, bytes.data() + header_size, 4);
   std::vector<double> values;
-  if (bytes.size() >= header_size + 4 && bytes.size() == header_size + 4 + facet_size * std::size_t(count))
+  if (count > 0 && bytes.size() >= header_size + 4 + facet_size * std::size_t(count)) // trailing bytes do not matter
   {
     for (std::size_t f = 0; f < count; ++f)
     {
@@ -47,13 +55,25 @@ SurfaceMesh read_stl(const std::string &path)
     }
     return from_corners(values);
   }
-  std::istringstream words(bytes);
-  std::string word;
-  if (!(words >> word) || word != "solid")
-    fail("is not an STL file");
-  while (words >> word)
+  std::istringstream words(bytes.rfind(byte_order_mark, 0) == 0 ? bytes.substr(byte_order_mark.size()) : bytes);
+  const auto next = [&words](std::string &word)
   {
-    if (word == "vertex")
+    const bool found = static_cast<bool>(words >> word);
+    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
+    return found;
+  };
+  std::string word;
+  const bool is_text = next(word) && word == "solid" && bytes.find('\0') == std::string::npos;
+  if (!is_text && bytes.size() >= header_size + 4 + facet_size)
+    fail("is cut off: it announces " + std::to_string(count) + " facets and holds " +
+         std::to_string((bytes.size() - header_size - 4) / facet_size) + ", export it again");
+  if (!is_text)
+    fail("is not an STL file");
+  do
+  {
+    if (word == "solid" || word == "endsolid")
+      words.ignore(std::numeric_limits<std::streamsize>::max(), '\n'); // a name of any words
+    else if (word == "vertex")
     {
       double x[3];
       if (!(words >> x[0] >> x[1] >> x[2]))
@@ -62,7 +82,7 @@ SurfaceMesh read_stl(const std::string &path)
     }
     else if (word == "endfacet" && (values.empty() || values.size() % 9 != 0))
       fail("facet " + std::to_string(values.size() / 9 + 1) + " does not have three vertices");
-  }
+  } while (next(word));
   if (values.size() % 9 != 0)
     fail("ends within a facet");
   return from_corners(values);

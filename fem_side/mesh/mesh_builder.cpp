@@ -11,8 +11,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <map>
 #include <numeric>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -106,25 +110,101 @@ void disc(const MeshSettings &s, dealii::Triangulation<dim> &triangulation)
       }
 }
 
+/// The reason of an error of deal.II in one line.
+std::string reason_of(const std::exception &error)
+{
+  std::ostringstream text;
+  if (const auto *own = dynamic_cast<const dealii::ExceptionBase *>(&error))
+    own->print_info(text);
+  else
+    text << error.what();
+  std::istringstream words(text.str());
+  std::string line;
+  for (std::string word; words >> word;)
+    line += (line.empty() ? "" : " ") + word;
+  const auto end = line.find(". "); // the first sentence says what
+  return line.substr(0, std::min<std::size_t>(end, 120));
+}
+
+/// What is wrong with a gmsh file and what is allowed, for the reason that deal.II gives.
+std::string remedy(const std::string &reason, const int dim)
+{
+  const std::string cell = dim == 2 ? "quadrilaterals" : "hexahedra", face = dim == 2 ? "line" : "face";
+  const auto says = [&reason](const char *part) { return reason.find(part) != std::string::npos; };
+  if (says("boundary id for an internal face"))
+    return "a physical group holds a " + face +
+           " inside the body, allowed are groups of its boundary (gmsh: take it out of the group)";
+  if (says("More than one tag"))
+    return "an entity is in two physical groups, one is allowed";
+  if (const auto place = reason.find("Element Identifier <"); place != std::string::npos)
+  {
+    static const std::map<int, std::string> names = {
+      {2, "triangles"}, {4, "tetrahedra"}, {5, "hexahedra"}, {6, "wedges"}, {7, "pyramids"}};
+    const auto name = names.find(std::atoi(reason.c_str() + place + 20));
+    return "has " + (name == names.end() ? std::string("elements of second or higher order") : name->second) +
+           ", allowed are " + cell + " of first order (gmsh: " + (name == names.end() ? "Mesh.ElementOrder = 1" : "recombine") +
+           ")";
+  }
+  if (says("is not recognized at the present position"))
+    return "is cut off, or holds a word where a number should stand";
+  return "cannot be used as a mesh of dimension " + std::to_string(dim);
+}
+
+/// deal.II takes a cell that is listed twice for two cells.
+template <int dim>
+void check_listed_once(const std::string &file, const dealii::Triangulation<dim> &triangulation)
+{
+  std::set<std::array<unsigned int, q1::n_nodes<dim>>> known;
+  for (const auto &cell : triangulation.active_cell_iterators())
+  {
+    std::array<unsigned int, q1::n_nodes<dim>> corners;
+    for (int a = 0; a < q1::n_nodes<dim>; ++a)
+      corners[a] = cell->vertex_index(a);
+    std::sort(corners.begin(), corners.end());
+    if (known.insert(corners).second)
+      continue;
+    std::ostringstream message;
+    message << "mesh file '" << file << "': the cell at (" << cell->center() << ") m is listed twice, once is allowed";
+    throw std::invalid_argument(message.str());
+  }
+}
+
 template <int dim>
 void read_gmsh(const std::string &file, dealii::Triangulation<dim> &triangulation)
 {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) // reading a fifo would wait
+    throw std::invalid_argument("mesh file '" + file + "': is not a file");
   std::ifstream stream(file);
   if (!stream)
     throw std::invalid_argument("mesh file '" + file + "': cannot be opened");
+  const std::streamoff start = stream.get() == 0xEF && stream.get() == 0xBB && stream.get() == 0xBF ? 3 : 0;
+  std::string word;
+  double version = 0.;
+  int binary = 0;
+  stream.clear();
+  stream.seekg(start); // behind a byte order mark
+  if (!(stream >> word >> version >> binary) || word != "$MeshFormat")
+    throw std::invalid_argument("mesh file '" + file + "': is not a gmsh mesh, which begins with $MeshFormat");
+  if (binary != 0)
+    throw std::invalid_argument("mesh file '" + file + "': is binary, allowed is text (gmsh: Mesh.Binary = 0)");
+  stream.clear();
+  stream.seekg(start);
   dealii::GridIn<dim> reader;
   reader.attach_triangulation(triangulation);
   try
   {
     reader.read_msh(stream);
   }
-  catch (const std::exception &)
+  catch (const std::exception &error)
   {
-    throw std::invalid_argument("mesh file '" + file + "': not a gmsh mesh of dimension " + std::to_string(dim));
+    const std::string reason = reason_of(error);
+    throw std::invalid_argument("mesh file '" + file + "': " + remedy(reason, dim) + " [deal.II: " + reason + "]");
   }
   if (!triangulation.all_reference_cells_are_hyper_cube())
     throw std::invalid_argument("mesh file '" + file + "': has " + (dim == 2 ? "triangles" : "tetrahedra or wedges") +
                                 ", allowed are " + (dim == 2 ? "quadrilaterals" : "hexahedra") + " (gmsh: recombine)");
+  check_listed_once(file, triangulation);
 }
 
 template <int dim>

@@ -13,7 +13,7 @@ import h5py
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import kerf_runner  # noqa: E402
-from mesh_files import block, column, squares, write_msh  # noqa: E402
+from mesh_files import block, box_facets, column, squares, stl_bytes, stl_text, write_msh  # noqa: E402
 
 KERF, SMALL_CASE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 STORE = "packing_random_1000um_seed1.h5"
@@ -155,7 +155,83 @@ def specimens():
     check("no name of a test", "compression" not in text.split("no prism")[1].split("energy")[0] and "Brazilian" not in text)
 
 
+def cell_size_of_a_file():
+    """The overlap in cells, and the warning of narrow ones, go by the cells of the file."""
+    case = small("cells", lambda text: text.replace("set Overlap width = 8", "set Overlap cells = 2"))
+    write_msh(os.path.join(case, "m.msh"), *squares(block(6, 4), 8e-3))
+    accepted("overlap of two cells of a file", ["check", case] + sets(["Mesh/File=m.msh", HELD]), "overlap          0.016 m")
+    accepted("narrow overlap of a file", ["check", case] + sets(["Mesh/File=m.msh", HELD, "Coupling/Overlap cells=0", "Coupling/Overlap width=8"]),
+             "warning: Coupling/Overlap width is 1 cells")
+
+
+def files_of_other_programs():
+    case = small("files")
+    mesh = os.path.join(case, "m.msh")
+    nodes, cells = squares(block(12, 8), 4e-3)
+    fem = ["check", case, "--mode", "fem"] + sets(["Mesh/File=m.msh", HELD])
+    write_msh(mesh, nodes, cells)
+    good = content(mesh)
+    accepted("good mesh", fem)
+
+    def changed(name, data, *words):
+        with open(mesh, "wb") as file:
+            file.write(data)
+        refused(name, fem, "Mesh", "m.msh", *words) if words else accepted(name, fem)
+
+    changed("mesh with byte order mark", b"\xef\xbb\xbf" + good)
+    changed("binary mesh", good.replace(b"2.2 0 8", b"2.2 1 8"), "binary", "text", "Mesh.Binary = 0")
+    changed("no mesh", b"solid rock\n", "$MeshFormat")
+    changed("truncated mesh", good[:len(good) // 3], "cut off")
+    changed("decimal comma", good.replace(b"0.0040000000000000001", b"0,004", 1), "number should stand")
+    for name, data, words in (("quadrilaterals of second order", dict(element_type=10, cells=[c + c[:1] * 5 for c in cells]), ("second", "Mesh.ElementOrder = 1")),
+                              ("triangles", dict(element_type=2, cells=[c[:3] for c in cells]), ("triangles", "quadrilaterals", "recombine")),
+                              ("line inside", dict(lines=[(cells[20][1], cells[20][2], 7)], cells=cells), ("line inside the body", "group")),
+                              ("a cell listed twice", dict(cells=cells + cells[5:6]), ("listed twice",))):
+        write_msh(mesh, nodes, data.pop("cells"), **data)
+        refused(name, fem, "Mesh", "m.msh", *words)
+    solid = ["check", case, "--mode", "fem"] + sets(["Mesh/File=m.msh", "Mesh/Dimension=3", "Tool/Kind=none", "Fixed/Region=", "Boundary/Conditions="])
+    for name, kind, corners in (("wedges", 6, 6), ("pyramids", 7, 5)):
+        points, hexahedra = column(block(2, 2), 4e-3, 2, 4e-3)
+        write_msh(mesh, points, [c[:corners] for c in hexahedra], element_type=kind)
+        refused(name, solid, "Mesh", "m.msh", name, "hexahedra")
+
+    # Two pieces of rock. The finite elements alone may have them.
+    write_msh(mesh, *squares(block(12, 8, [(5, j) for j in range(8)]), 4e-3))
+    refused("two pieces", ["pack", case] + sets(["Mesh/File=m.msh", HELD]), "Mesh", "2 pieces, one is allowed")
+
+    with open(os.path.join(case, "case.prm"), "rb") as file:
+        text = file.read()
+    with open(os.path.join(case, "case.prm"), "wb") as file:
+        file.write(b"\xef\xbb\xbf" + text)
+    accepted("case with byte order mark", ["check", case, "--mode", "fem"])
+
+    # A surface is read as far as its packing: ten diameters are too few for a calibration, which is the next step.
+    facets = box_facets((1e-3,) * 3, (11e-3,) * 3)
+    stl = sets(["Packing/Surface=s.stl", "Packing/Mean diameter=1e-3", "Mesh/Dimension=3", "Mesh/Lower corner=0, 0, 0",
+                "Mesh/Upper corner=0.016, 0.016, 0.016", "Tool/Kind=none", "Fixed/Region="])
+    plain, binary = stl_text(facets), stl_bytes(facets)
+    other = box_facets((4e-3, 4e-3, 4e-3), (14e-3, 8e-3, 15e-3))
+    beside = box_facets((12e-3,) * 3, (15e-3,) * 3)
+    for name, data, words in (("text", plain.encode(), ()), ("upper case", plain.upper().encode(), ()),
+                              ("byte order mark", b"\xef\xbb\xbf" + plain.encode(), ()), ("windows lines", plain.replace("\n", "\r\n").encode(), ()),
+                              ("vertex in the name", plain.replace("rock", "rock vertex facet 1").encode(), ()),
+                              ("binary", binary, ()), ("trailing bytes", binary + b"more", ()),
+                              ("binary that begins with solid", stl_bytes(facets, b"solid") + b"\n", ()),
+                              ("cut off", binary[:-50], ("cut off", "12 facets", "holds 11")), ("text cut off", plain[:700].encode(), ("s.stl",)),
+                              ("cuts itself", stl_text(facets + other).encode(), ("cuts itself",)),
+                              ("two pieces", stl_text(facets + beside).encode(), ("2 pieces, one is allowed",)),
+                              ("a facet missing", stl_text(facets[:-1]).encode(), ("not closed",))):
+        with open(os.path.join(case, "s.stl"), "wb") as file:
+            file.write(data)
+        store = os.path.join(case, "packing_random_1000um_seed1.h5")
+        if os.path.exists(store):
+            os.remove(store)
+        refused("surface, " + name, ["pack", case] + stl, *(("Packing/Surface",) + words if words else ("mean diameters wide, at least 12 are needed",)))
+
+
 with tempfile.TemporaryDirectory() as work:
+    cell_size_of_a_file()
+    files_of_other_programs()
     specimens()
     stores()
     far_from_the_origin()

@@ -159,6 +159,8 @@ std::string checked_text(const std::string &path, std::vector<std::string> &noti
   for (std::string line; std::getline(file, line);)
   {
     const std::string where = path + ":" + std::to_string(++number);
+    if (number == 1 && line.rfind("\xEF\xBB\xBF", 0) == 0)
+      line.erase(0, 3); // the byte order mark of some editors
     const std::string text = trimmed(line.substr(0, line.find('#')));
     if (text.empty())
       continue;
@@ -659,8 +661,8 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.local_damping = reader.number("Bond", "Local damping");
 
   result.constraint.method = reader.text("Coupling", "Method");
-  const double overlap_cells = reader.number("Coupling", "Overlap cells");
-  result.overlap.width = overlap_cells > 0. ? overlap_cells * result.body.mesh.cell_size
+  result.overlap_cells = reader.number("Coupling", "Overlap cells");
+  result.overlap.width = result.overlap_cells > 0. ? result.overlap_cells * result.body.mesh.cell_size
                                             : reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
   result.constraint.interface_damping = reader.number("Coupling", "Interface damping");
   result.bond.breaking_weight = reader.number("Coupling", "Breaking weight");

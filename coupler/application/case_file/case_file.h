@@ -24,6 +24,8 @@ struct Case : ModelSettings
   std::string name;
   Mode mode = Mode::adaptive; ///< the command line can override it
 
+  double overlap_cells = 0.; ///< width of the overlap in cells; 0: it is given in diameters
+
   std::string packing_file;         ///< absolute
   std::string packing_surface_file; ///< absolute; empty: the packing fills the mesh
   dem::PackingSettings packing;

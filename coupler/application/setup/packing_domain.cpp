@@ -101,6 +101,7 @@ PackingDomain find_packing_domain(const Case &settings, const fem::Mesh &mesh)
   {
     const dem::SurfaceMesh surface = from_file ? dem::read_stl(settings.packing_surface_file) : boundary_of(mesh);
     const dem::ClosedSurface closed(mesh.dim, surface, settings.packing.mean_diameter);
+    closed.check_one_body();
     space.box = {closed.lower(), closed.upper()};
     space.volume = closed.volume();
     const double volume_around = dem::box_volume(mesh.dim, around.lower, around.upper);

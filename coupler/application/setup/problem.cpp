@@ -178,6 +178,18 @@ void check_tool(const Case &settings, const fem::FemSide &fem)
   throw InputError(text.str());
 }
 
+/// Median edge of the cells [m].
+double typical_edge(const fem::Mesh &mesh)
+{
+  std::vector<double> edges;
+  for (int cell = 0; cell < mesh.n_cells(); ++cell)
+    for (int c = 0; c < mesh.dim; ++c) // lexicographic order: edges join corner 0 to corners 1, 2 and 4
+      edges.push_back((mesh.nodes.col(mesh.cells(1 << c, cell)) - mesh.nodes.col(mesh.cells(0, cell))).norm());
+  const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
+  std::nth_element(edges.begin(), middle, edges.end());
+  return *middle;
+}
+
 /// A disc that touches cells larger than its contact finds too much resistance. Other modes convert such cells, or have
 /// particles.
 void warn_of_coarse_contact(const Case &settings, Console &console)
@@ -187,8 +199,8 @@ void warn_of_coarse_contact(const Case &settings, Console &console)
   if (half_width >= 2. * settings.body.mesh.cell_size)
     return;
   std::ostringstream text;
-  text << "warning: Mesh/Cell size = " << settings.body.mesh.cell_size
-       << " m does not resolve the contact of the disc (half width " << half_width
+  text << "warning: " << (settings.body.mesh.gmsh_file.empty() ? "Mesh/Cell size" : "the median edge of the cells of Mesh/File")
+       << " = " << settings.body.mesh.cell_size << " m does not resolve the contact of the disc (half width " << half_width
        << " m at Rock/Compressive strength): in mode fem its force is too large (docs/results/cutting.md)";
   console.message(text.str());
 }
@@ -325,8 +337,14 @@ std::unique_ptr<Problem> set_up_mesh(const Case &settings, Mode mode, Console &c
   for (const std::string &notice : settings.notices)
     console.message(notice);
   problem->fem = build_fem(settings, comm);
-  check_settings(settings, mode, problem->fem->mesh());
-  for (const std::string &doubt : doubts(settings, mode, problem->fem->mesh()))
+  if (!settings.body.mesh.gmsh_file.empty()) // Mesh/Cell size says nothing of a file
+  {
+    problem->settings.body.mesh.cell_size = typical_edge(problem->fem->mesh());
+    if (settings.overlap_cells > 0.)
+      problem->settings.overlap.width = settings.overlap_cells * problem->settings.body.mesh.cell_size;
+  }
+  check_settings(problem->settings, mode, problem->fem->mesh());
+  for (const std::string &doubt : doubts(problem->settings, mode, problem->fem->mesh()))
     console.message("warning: " + doubt);
   const Box body = mesh_box(problem->fem->mesh());
   if (settings.tool.kind == ToolKind::platens)
@@ -337,8 +355,8 @@ std::unique_ptr<Problem> set_up_mesh(const Case &settings, Mode mode, Console &c
   }
   if (mode == Mode::adaptive || mode == Mode::fixed)
   {
-    check_overlap(settings, *problem->fem);
-    if (const double cells = settings.overlap.width / settings.body.mesh.cell_size; cells < 2. - 1e-9)
+    check_overlap(problem->settings, *problem->fem);
+    if (const double cells = problem->settings.overlap.width / problem->settings.body.mesh.cell_size; cells < 2. - 1e-9)
     {
       std::ostringstream text;
       text << "warning: Coupling/Overlap width is " << cells
@@ -350,7 +368,7 @@ std::unique_ptr<Problem> set_up_mesh(const Case &settings, Mode mode, Console &c
     throw InputError(case_path(settings) + ": Fixed/Region holds no cell, mode fixed needs a region inside the mesh");
   check_tool(settings, *problem->fem);
   if (mode == Mode::fem && settings.tool.kind == ToolKind::disc)
-    warn_of_coarse_contact(settings, console);
+    warn_of_coarse_contact(problem->settings, console);
   return problem;
 }
 
