@@ -60,12 +60,22 @@ void check(const Packing &packing, const Hdf5Reader &file)
   for (int i = 0; i < packing.size(); ++i)
     if (!packing.positions.col(i).allFinite() || !(packing.radii[i] > 0.) || !std::isfinite(packing.radii[i]))
       file.fail("particle " + std::to_string(i) + " has no finite position and positive radius");
+  for (int i = 0; i < packing.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+    {
+      const double x = packing.positions(c, i), r = packing.radii[i]; // compaction leaves small overlaps with the box
+      const bool in = c < packing.dim ? x >= packing.lower[c] - r && x <= packing.upper[c] + r : x == 0.;
+      if (!in || (c < packing.dim && !(2. * r <= packing.upper[c] - packing.lower[c])))
+        file.fail("particle " + std::to_string(i) + " does not lie in the box");
+    }
   for (std::size_t b = 0; b < packing.bonds.size(); ++b)
   {
     const auto &[i, j] = packing.bonds[b];
     if (i < 0 || j >= packing.size() || i >= j)
       file.fail("bond " + std::to_string(b) + " joins particles " + std::to_string(i) + " and " + std::to_string(j) + " of " +
                 std::to_string(packing.size()));
+    if (!((packing.positions.col(i) - packing.positions.col(j)).norm() > 1e-3 * (packing.radii[i] + packing.radii[j])))
+      file.fail("particles " + std::to_string(i) + " and " + std::to_string(j) + " of a bond are at the same place");
     if (b > 0 && !(packing.bonds[b - 1] < packing.bonds[b]))
       file.fail("bond " + std::to_string(b) + " is double or out of order");
   }

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -332,6 +333,8 @@ Outcome run(const Words &arguments, const std::string &directory)
     setrlimit(RLIMIT_CPU, &cpu);
     setrlimit(RLIMIT_CORE, &core);
     alarm(10 * time_limit);
+    for (const int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) // MPI's handlers print, and may hang in it
+      std::signal(crash, SIG_DFL);
     for (const auto &[path, stream] : {std::pair(errors, STDERR_FILENO), std::pair(output, STDOUT_FILENO)})
       dup2(open(path.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), stream);
     if (chdir(directory.c_str()) != 0)
