@@ -143,6 +143,7 @@ class Figures(unittest.TestCase):
 
     def test_sigma_star(self):
         self.assertIsNone(sigma_star(self.directory))
+        self.directory.mkdir(exist_ok=True)
         (self.directory / "case.prm").write_text("subsection Adaptivity\n  set Sigma star = 3e6 # default: 0\nend\n")
         self.assertEqual(sigma_star(self.directory), 3e6)
 
