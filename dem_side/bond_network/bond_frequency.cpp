@@ -37,6 +37,8 @@ double largest_eigenvalue(const int n, const Multiply &multiply)
     diagonal.push_back(q.dot(next));
     next -= diagonal.back() * q;
     const double norm = next.norm();
+    if (!std::isfinite(norm)) // the eigenvalue solver would not end
+      throw std::invalid_argument("the stiffness of the bonds over the mass of the particles is no finite number");
     if (step % 20 == 0 || step == max_steps || norm <= 1e-12 * diagonal.front())
     {
       const Eigen::Map<const Eigen::VectorXd> d(diagonal.data(), step), e(off_diagonal.data(), step - 1);

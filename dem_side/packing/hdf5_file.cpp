@@ -71,6 +71,13 @@ private:
   hid_t m_id;
 };
 
+/// Whether the stored numbers have a type that kerf writes, on any machine. The library breaks down on damaged types.
+bool is_number_type(hid_t type)
+{
+  const hid_t known[] = {H5T_IEEE_F64LE, H5T_IEEE_F64BE, H5T_STD_I64LE, H5T_STD_I64BE, H5T_STD_I32LE, H5T_STD_I32BE};
+  return std::any_of(std::begin(known), std::end(known), [&](hid_t one) { return H5Tequal(type, one) > 0; });
+}
+
 hid_t text_type(bool variable, std::size_t size)
 {
   const hid_t type = H5Tcopy(H5T_C_S1);
@@ -220,8 +227,14 @@ std::vector<double> Hdf5Reader::numbers(const std::string &name) const
   const Handle attribute(H5Aopen(m_file, name.c_str(), H5P_DEFAULT));
   if (!attribute.valid())
     fail("attribute '" + name + "' is missing");
-  const Handle space(H5Aget_space(attribute));
-  std::vector<double> values(std::max<hssize_t>(H5Sget_simple_extent_npoints(space), 0));
+  const Handle space(H5Aget_space(attribute)), stored(H5Aget_type(attribute));
+  const hssize_t n = H5Sget_simple_extent_npoints(space);
+  constexpr hssize_t most = 1000; // kerf writes three at most
+  if (n < 0 || n > most)
+    fail("attribute '" + name + "' is not numeric");
+  std::vector<double> values(n);
+  if (!is_number_type(stored))
+    fail("attribute '" + name + "' is not numeric");
   if (!values.empty() && H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data()) < 0)
     fail("attribute '" + name + "' is not numeric");
   return values;
@@ -286,6 +299,9 @@ std::vector<Number> Hdf5Reader::get_table(const std::string &name, std::int64_t 
   const int rank = H5Sget_simple_extent_ndims(space);
   hsize_t size[2] = {0, 1};
   const bool fits = (rank == 1 || rank == 2) && H5Sget_simple_extent_dims(space, size, nullptr) >= 0 && size[1] == columns;
+  const Handle stored(H5Dget_type(table));
+  if (!is_number_type(stored))
+    fail("data set '" + name + "' cannot be read as numbers");
   if (!fits)
     fail("data set '" + name + "' must have " + std::to_string(columns) + (columns == 1 ? " column" : " columns"));
   // A damaged file may announce any size; compression saves less than a factor of 1100.

@@ -192,6 +192,7 @@ void read_gmsh(const std::string &file, dealii::Triangulation<dim> &triangulatio
   stream.seekg(start);
   dealii::GridIn<dim> reader;
   reader.attach_triangulation(triangulation);
+  stream.exceptions(std::ios::failbit | std::ios::badbit); // a reader that waits for the end of a cut list waits for ever
   try
   {
     reader.read_msh(stream);

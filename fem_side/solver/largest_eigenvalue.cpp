@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <vector>
 
 namespace kerf::fem
@@ -49,6 +50,8 @@ LargestEigenvalue largest_eigenvalue(const std::function<void(const Eigen::Vecto
     if (!off_diagonal.empty())
       y -= off_diagonal.back() * previous;
     off_diagonal.push_back(std::sqrt(global_dot(y, y, comm)));
+    if (!std::isfinite(off_diagonal.back())) // the eigenvalue solver would not end
+      throw std::invalid_argument("rock: the stiffness of the cells over their mass is no finite number");
 
     const int k = static_cast<int>(diagonal.size());
     const bool exhausted = off_diagonal.back() <= 1e-14 * std::abs(diagonal.front());

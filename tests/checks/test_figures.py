@@ -14,7 +14,8 @@ import numpy as np
 SCRIPT = Path(__file__).resolve().parents[2] / "coupler" / "application" / "plots" / "figures.py"
 sys.path[:0] = [str(SCRIPT.parent), str(SCRIPT.parents[3] / "tests" / "support")]
 from matplotlib.image import imread  # noqa: E402
-from results_file import History, first_contact, running_mean, steady_window, time_mean  # noqa: E402
+from figures import LINE_COLOURS, MORE_COLOURS  # noqa: E402
+from results_file import History, first_contact, running_mean, sigma_star, steady_window, time_mean  # noqa: E402
 from synthetic_results import write_results  # noqa: E402
 
 CURVES = {"normal_force.png": (1500, 1020), "cost.png": (1500, 1200), "energy.png": (1500, 990)}
@@ -41,9 +42,12 @@ def reddish(path):
 class Series(unittest.TestCase):
     def test_running_mean_of_a_line_is_the_line(self):
         line = np.linspace(2., 5., 101)
-        # Centred means keep a line; at the ends they cover one side only.
-        np.testing.assert_allclose(running_mean(line, 9)[4:-4], line[4:-4], rtol=1e-13)
-        self.assertAlmostEqual(running_mean(line, 9)[0], line[:5].mean())
+        # Centred means keep a line, also at the ends, where they cover fewer values.
+        np.testing.assert_allclose(running_mean(line, 9), line, rtol=1e-13)
+
+    def test_running_mean_begins_as_the_values_do(self):
+        late = np.concatenate((np.zeros(3), np.full(40, 7.)))
+        self.assertEqual(running_mean(late, 21)[0], 0.)
 
     def test_running_mean_removes_a_whole_period(self):
         wave = np.sin(2. * np.pi * np.arange(210) / 21.)
@@ -119,6 +123,29 @@ class Figures(unittest.TestCase):
                 del file[name]
             del file.attrs["tool_center"]
         self.check_all()
+
+    def test_rows_that_hdf5_does_not_have_yet(self):
+        """A run that was killed: history.csv is ahead of history.h5."""
+        write_results(self.directory, "adaptive", snapshots=1, rows=50)
+        before = History(self.directory)
+        with open(self.directory / "history.csv", "w") as table:
+            table.write("# units\n" + ",".join(before.columns) + "\n")
+            for row in range(60):
+                table.write(",".join(str(row) for _ in before.columns) + "\n")
+        after = History(self.directory)
+        self.assertEqual((before.rows, after.rows, after["time"][-1]), (50, 60, 59.))
+
+    def test_no_colour_twice(self):
+        """Also with the black line of the tool's work."""
+        colours = LINE_COLOURS + MORE_COLOURS + ["black"]
+        self.assertEqual(len(set(colours)), len(colours))
+        self.assertGreaterEqual(len(colours), 16)
+
+    def test_sigma_star(self):
+        self.assertIsNone(sigma_star(self.directory))
+        self.directory.mkdir(exist_ok=True)
+        (self.directory / "case.prm").write_text("subsection Adaptivity\n  set Sigma star = 3e6 # default: 0\nend\n")
+        self.assertEqual(sigma_star(self.directory), 3e6)
 
     def test_units_of_two_dimensions(self):
         """The history says N; it is per metre when the mesh is two-dimensional."""

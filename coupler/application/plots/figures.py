@@ -21,6 +21,7 @@ from snapshot_figures import MILLI, OVERLAP_COLOUR, snapshot_figures
 from stability_figures import stability_figures
 
 LINE_COLOURS = ["#1f5488", "#d1421f", "#3a8a4d", "#8e44ad", "#c98a12", "#4c4c4c", "#1aa0a8", "#a8325e"]
+MORE_COLOURS = ["#e377c2", "#8c564b", "#bcbd22", "#7fb3e6", "#f2a07b", "#9bd3a5", "#c5a3dd", "#7a7a00", "#00501e", "#b0b0b0"]
 STYLE = {"font.size": 11, "axes.titlesize": 11, "axes.labelsize": 11, "legend.fontsize": 10, "axes.grid": False,
          "axes.prop_cycle": plt.cycler(color=LINE_COLOURS), "savefig.dpi": 150, "figure.facecolor": "white"}
 
@@ -139,11 +140,11 @@ def energy_figure(history, output):
     factor = 1e-3 if unit.startswith("k") else 1.
     figure, (axis, missing) = plt.subplots(2, 1, sharex=True, figsize=(10., 6.6), layout="constrained",
                                            gridspec_kw={"height_ratios": [3., 1.]})
+    colours = iter(LINE_COLOURS + MORE_COLOURS)  # more than there are columns: no two lines look the same
     for name in names:
         kind, what = name.split("_", 1)
         style = {"linestyle": "--"} if kind == "work" else {}
-        if name == "work_tool":
-            style["color"] = "black"
+        style["color"] = "black" if name == "work_tool" else next(colours)
         label = f"work of the {what}" if kind == "work" else what.replace("_", " ")
         axis.plot(history["time"] * MILLI, history[name] * factor, linewidth=1.8, label=label, **style)
     axis.set_ylabel(f"energy [{unit}]")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Reads history.h5, fields/mesh.h5 and fields/snapshot_STEP.h5 of a run; means over its time series."""
+import re
 from pathlib import Path
 
 import h5py
@@ -44,10 +45,23 @@ class History:
             self.rows = min((len(item) for item in columns.values()), default=0)
             self.columns = {name: item[:self.rows].astype(float) for name, item in columns.items()}
             self.units = {name: as_text(file.attrs.get(f"unit_{name}", "")) for name in columns}
+        self.read_newer_rows(Path(directory) / "history.csv")
         if two_dimensional(directory):
             self.units = {name: unit + "/m" if unit in ("N", "J") else unit for name, unit in self.units.items()}
         if "time" not in self.columns:
             raise Unreadable(f"{directory}/history.h5: the column 'time' is missing")
+
+    def read_newer_rows(self, path):
+        """history.csv has every row at once, history.h5 those up to the last fields: a run that was killed leaves it behind."""
+        try:
+            rows = np.genfromtxt(path, delimiter=",", names=True, skip_header=1, invalid_raise=False)
+        except (OSError, ValueError):
+            return
+        if rows.dtype.names is None or set(rows.dtype.names) < set(self.columns) or rows.size <= self.rows:
+            return
+        rows = np.atleast_1d(rows)
+        self.columns = {name: rows[name].astype(float) for name in self.columns}
+        self.rows = len(rows)
 
     def __contains__(self, name):
         return name in self.columns
@@ -81,6 +95,7 @@ class Snapshot:
         self.damage = self.damage if len(self.damage) == n else np.zeros(n)
         self.broken = read("bond_broken_position", (-1, 3))
         self.platens = np.asarray(file.attrs.get("platens", []), float)  # y of the lower and the upper face
+        self.total = n  # particles of the whole body, also of a cut
         self.tool_center = np.asarray(file.attrs.get("tool_center", []), float)
         self.tool_radius = float(file.attrs.get("tool_radius", 0.)) if len(self.tool_center) else 0.
 
@@ -116,21 +131,35 @@ class Snapshots:
         """True for three dimensions."""
         return self.cells.shape[1] == 8
 
+    @property
+    def middle(self):
+        """z of the plane that pictures show [m]."""
+        return 0.5 * (self.nodes[:, 2].min() + self.nodes[:, 2].max())
+
     def read(self, name):
         """A snapshot; in three dimensions the cut through the middle of z."""
         with open_results(self.directory, name) as file:
             snapshot = Snapshot(file, len(self.nodes), len(self.cells))
         if self.solid:
-            snapshot.cut(0.5 * (self.nodes[:, 2].min() + self.nodes[:, 2].max()))
+            snapshot.cut(self.middle)
         return snapshot
 
 
+def sigma_star(directory):
+    """The threshold of conversions of an adaptive run [Pa] from its case.prm, or None."""
+    path = Path(directory) / "case.prm"
+    if not path.is_file():
+        return None
+    found = re.findall(r"^\s*set Sigma star\s*=\s*([0-9.eE+-]+)", path.read_text(errors="replace"), re.MULTILINE)
+    return float(found[0]) if found and float(found[0]) > 0. else None
+
+
 def running_mean(values, window):
-    """Centred mean over up to @p window values, over fewer at both ends."""
-    half = max(int(window), 1) // 2
+    """Centred mean over up to @p window values. It stays centred at both ends, over fewer values: it begins and ends as they do."""
     total = np.concatenate(([0.], np.cumsum(values)))
     index = np.arange(len(values))
-    first, last = np.maximum(index - half, 0), np.minimum(index + half + 1, len(values))
+    half = np.minimum(max(int(window), 1) // 2, np.minimum(index, len(values) - 1 - index))
+    first, last = index - half, index + half + 1
     return (total[last] - total[first]) / (last - first)
 
 

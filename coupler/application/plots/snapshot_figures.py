@@ -8,7 +8,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 
-from results_file import Snapshots, Unreadable
+from results_file import Snapshots, Unreadable, sigma_star
 
 STRESS_COLOURS = LinearSegmentedColormap.from_list("stress", ["#f4f7fa", "#b5cfe3", "#5b93c0", "#1f5488", "#0b2547"])
 DAMAGE_COLOURS = LinearSegmentedColormap.from_list("damage", ["#f0dfb8", "#f2a93b", "#d1421f", "#5c0a10"])
@@ -128,14 +128,18 @@ def draw_snapshot(axis, snapshots, snapshot, box, colours):
                                      linewidth=1.2, zorder=5))
     # Only the lower part of the tool is shown, since it is usually much larger than the rock.
     axis.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1] + head), aspect="equal")
-    count = f"{len(snapshot.radius):,}".replace(",", "\u202f")
-    axis.set_title(f"t = {snapshot.time * MILLI:.3g} ms,  {count} particles")
+    count = f"{snapshot.total:,}".replace(",", "\u202f")
+    cut = f", {len(snapshot.radius)} cut by z = {snapshots.middle * MILLI:.3g} mm" if snapshots.solid else ""
+    axis.set_title(f"t = {snapshot.time * MILLI:.3g} ms,  {count} particles{cut}", fontsize=9 if cut else None)
 
 
-def colour_scales(drawn):
-    """Shared by all panels: stress up to the value that nearly all cells stay below, damage from 0 to 1."""
+def colour_scales(drawn, threshold):
+    """Shared by all pictures of a run: stress up to the value that nearly all cells stay below, or sigma* when that is near;
+    damage from 0 to 1."""
     stress = np.concatenate([s.stress[(s.alpha > 0.) & np.isfinite(s.stress)] for s in drawn]) / 1e6
     top = np.percentile(stress, 99.5) if len(stress) else 1.
+    if threshold is not None and top < threshold / 1e6 < 3. * top:
+        top = threshold / 1e6
     return (ScalarMappable(Normalize(0., top if top > 0. else 1.), STRESS_COLOURS),
             ScalarMappable(Normalize(0., 1.), DAMAGE_COLOURS))
 
@@ -164,7 +168,7 @@ def place_panels(count, columns, ratio, width, highest):
     return figure, axes
 
 
-def draw_keys(figure, drawn, colours):
+def draw_keys(figure, drawn, colours, threshold):
     """The colour bars that are needed and the legend of the marks, in one line below the panels."""
     has_cells, has_particles = any(np.any(s.alpha > 0.) for s in drawn), any(len(s.radius) for s in drawn)
     bars = [entry for entry, used in (((colours[0], "stress measure of activation [MPa]", "max"), has_cells),
@@ -179,21 +183,23 @@ def draw_keys(figure, drawn, colours):
     total = 0.36 * len(bars) + 0.05 * (len(bars) - 1) + (0.14 if marks else 0.)
     x = 0.5 - 0.5 * total
     for bar, label, extend in bars:
-        figure.colorbar(bar, cax=figure.add_axes([x, 0.62 / height, 0.36, 0.18 / height]), orientation="horizontal",
-                        extend=extend, label=label)
+        scale = figure.colorbar(bar, cax=figure.add_axes([x, 0.62 / height, 0.36, 0.18 / height]), orientation="horizontal",
+                                extend=extend, label=label)
+        if bar is colours[0] and threshold is not None and bar.norm.vmin <= threshold / 1e6 <= bar.norm.vmax:
+            scale.ax.axvline(threshold / 1e6, color=BREAK_COLOUR, linewidth=1.6)
+            scale.ax.text(threshold / 1e6, 1.1, r"$\sigma^*$", ha="center", va="bottom", transform=scale.ax.get_xaxis_transform())
         x += 0.41
     if marks:
         figure.legend(handles=marks, loc="center left", bbox_to_anchor=(x - 0.02, 0.6 / height), frameon=False)
 
 
-def snapshot_figure(path, snapshots, drawn, box, columns, dpi):
+def snapshot_figure(path, snapshots, drawn, box, columns, dpi, colours):
     """Panels of equal scale with their keys below."""
     extent = (box[1] - box[0]) * [1., 1. + (0. if len(drawn[-1].platens) else HEADROOM)]
     figure, axes = place_panels(len(drawn), min(columns, len(drawn)), extent[1] / extent[0], 13., 15.)
-    colours = colour_scales(drawn)
     for axis, snapshot in zip(axes, drawn):
         draw_snapshot(axis, snapshots, snapshot, box, colours)
-    draw_keys(figure, drawn, colours)
+    draw_keys(figure, drawn, colours, sigma_star(snapshots.directory))
     figure.savefig(path, dpi=dpi)
     plt.close(figure)
 
@@ -206,7 +212,8 @@ def snapshot_figures(directory, output):
     drawn = [snapshots.read(name) for name in chosen(snapshots.names)]
     box = work_box(snapshots, drawn)
     wide, high = box[1] - box[0]
-    snapshot_figure(output / "interface.png", snapshots, drawn, box, 3 if wide < 1.6 * high else 2, 150)
+    colours = colour_scales(drawn, sigma_star(directory))  # the last snapshot is one of them
+    snapshot_figure(output / "interface.png", snapshots, drawn, box, 3 if wide < 1.6 * high else 2, 150, colours)
     whole = box if len(drawn[-1].platens) else rock_box(snapshots, drawn)
-    snapshot_figure(output / "final.png", snapshots, drawn[-1:], whole, 1, 200)
+    snapshot_figure(output / "final.png", snapshots, drawn[-1:], whole, 1, 200, colours)
     return None

@@ -4,6 +4,7 @@ import csv
 import math
 
 import matplotlib.pyplot as plt
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 COLOURS = {"stable": "#3a8a4d", "dissipative": "#e0b040", "unstable": "#c0392b", "refused": "#9aa2ab"}
@@ -49,6 +50,8 @@ def draw_map(name, rows, path):
     shown = [Patch(facecolor=COLOURS[verdict], label=MEANINGS[verdict]) for verdict in COLOURS
              if any(row["verdict"] == verdict for row in rows)]
     shown.append(Patch(facecolor="white", edgecolor="grey", hatch="///", label="step above the predicted limit"))
+    shown.append(Line2D([], [], linestyle="", marker="$0.97$", markersize=22, color="grey",
+                        label="energy at the end / at the start (empty: above 1000)"))
     axis.legend(handles=shown, loc="lower left", bbox_to_anchor=(0., 1.), ncol=2, frameon=False, fontsize=8)
     figure.savefig(path, bbox_inches="tight")  # the legend may be wider than the map
     plt.close(figure)

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "coupler/method/stability/lanczos.h"
 
+#include "coupler/base/errors.h"
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 namespace kerf
 {
@@ -36,6 +39,8 @@ HighestMode highest_mode(const std::function<void(const Eigen::VectorXd &x, Eige
         product -= off_diagonal[size - 1] * basis.col(size - 1);
       product -= basis.leftCols(size + 1) * (basis.leftCols(size + 1).transpose() * product);
       off_diagonal[size] = product.norm();
+      if (!std::isfinite(off_diagonal[size])) // the eigenvalue solver would not end
+        throw InputError("the stiffness of the coupled model over its mass is no finite number");
       ++size;
       if (off_diagonal[size - 1] <= 1e-13 * std::abs(diagonal[0]))
         break;
