@@ -78,6 +78,30 @@ bool is_number_type(hid_t type)
   return std::any_of(std::begin(known), std::end(known), [&](hid_t one) { return H5Tequal(type, one) > 0; });
 }
 
+/// Ends a file, with eight bytes of a hash of all before: HDF5 ignores what follows its data, but breaks down on damaged ones.
+const std::string seal = "kerf sum";
+
+/// FNV-1a hash as eight bytes.
+std::string hash_of(const char *bytes, std::size_t n)
+{
+  std::uint64_t hash = 14695981039346656037ull;
+  for (std::size_t k = 0; k < n; ++k)
+    hash = (hash ^ static_cast<unsigned char>(bytes[k])) * 1099511628211ull;
+  return {reinterpret_cast<const char *>(&hash), sizeof hash};
+}
+
+/// Whether the hash at the end of the file, if there is one, is that of the file.
+bool is_whole(const std::string &path)
+{
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t tail = seal.size() + sizeof(std::uint64_t);
+  if (bytes.size() < tail || bytes.compare(bytes.size() - tail, seal.size(), seal) != 0)
+    return true; // of an earlier version, or of another program
+  return bytes.compare(bytes.size() - sizeof(std::uint64_t), sizeof(std::uint64_t),
+                       hash_of(bytes.data(), bytes.size() - tail)) == 0;
+}
+
 hid_t text_type(bool variable, std::size_t size)
 {
   const hid_t type = H5Tcopy(H5T_C_S1);
@@ -121,6 +145,7 @@ void Hdf5Writer::close()
   errno = 0;
   std::ofstream file(m_temporary, std::ios::binary);
   file.write(image.data(), static_cast<std::streamsize>(image.size()));
+  file << seal << hash_of(image.data(), image.size());
   file.close();
   if (!complete || !file || std::rename(m_temporary.c_str(), m_path.c_str()) != 0)
   {
@@ -199,6 +224,8 @@ Hdf5Reader::Hdf5Reader(const std::string &path) : m_path(path)
     fail("is not a file");
   if (H5Fis_hdf5(path.c_str()) <= 0)
     fail("is not an HDF5 file, or cannot be read");
+  if (!is_whole(path))
+    fail("is damaged: its content has changed since it was written");
   m_file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (m_file < 0)
     fail("cannot be opened, the HDF5 file is damaged or in use");

@@ -63,6 +63,8 @@ with tempfile.TemporaryDirectory() as work:
     bad("unknown_key", change("set Sigma star", "set Sigma stat"), "Adaptivity/Sigma stat", "Adaptivity/Sigma star")
     bad("unknown_key_on_two_ranks", change("set Sigma star", "set Sigma stat"), "the nearest valid key is", ranks=2)
     bad("unknown_section", change("subsection Rock", "subsection Rocks"), "Rocks/Density", "Rock/Density")
+    bad("empty_unknown_section", lambda text: text + "\nsubsection Couplinbing\nend\n", "unknown section Couplinbing", "Coupling/")
+    bad("nested_section", lambda text: text + "\nsubsection Mesh\nsubsection Mesh\nend\nend\n", "stands in another one")
     bad("out_of_range", change("ratio        = 0.2", "ratio        = 0.7"), "Rock/Poisson ratio", "0.7", "[0, 0.499]")
     bad("not_a_number", change("Density              = 2400", "Density = heavy"), "Rock/Density", "heavy", "> 0")
     bad("broken_line", change("set Overlap width = 8", "Overlap width 8"), "not understood", "case.prm:")

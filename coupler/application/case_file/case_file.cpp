@@ -165,11 +165,21 @@ std::string checked_text(const std::string &path, std::vector<std::string> &noti
     if (text.empty())
       continue;
     if (text.rfind("subsection ", 0) == 0)
+    {
       sections.push_back(trimmed(text.substr(11)));
+      if (sections.size() > 1)
+        throw InputError(where + ": 'subsection " + shown(sections[1]) + "' stands in another one, end '" + shown(sections[0]) +
+                         "' before");
+    }
     else if (text == "end")
     {
       if (sections.empty())
         throw InputError(where + ": 'end' without 'subsection'");
+      // A section without keys would reach ParameterHandler unchecked.
+      if (const auto &table = parameter_table(); std::none_of(
+            table.begin(), table.end(), [&](const Parameter &parameter) { return parameter.section == sections.back(); }))
+        throw InputError(where + ": unknown section " + shown(sections.back()) + ", the nearest valid key is " +
+                         nearest_key(shown(sections.back()), "").section + "/... (all keys: kerf params)");
       sections.pop_back();
     }
     else if (text.rfind("set ", 0) == 0 && text.find('=') != std::string::npos)
