@@ -33,7 +33,7 @@ SurfaceMesh read_stl(const std::string &path)
 {
   const auto fail = [&path](const std::string &what) { throw std::invalid_argument(path + ": " + what); };
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) // reading a fifo would wait
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) // reading a fifo would wait
     fail("is not a file");
   std::ifstream file(path, std::ios::binary);
   if (!file)

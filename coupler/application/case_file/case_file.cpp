@@ -673,7 +673,7 @@ Case read_case(const std::string &directory, const std::vector<Override> &overri
   result.constraint.method = reader.text("Coupling", "Method");
   result.overlap_cells = reader.number("Coupling", "Overlap cells");
   result.overlap.width = result.overlap_cells > 0. ? result.overlap_cells * result.body.mesh.cell_size
-                                            : reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
+                                                   : reader.number("Coupling", "Overlap width") * result.packing.mean_diameter;
   result.constraint.interface_damping = reader.number("Coupling", "Interface damping");
   result.bond.breaking_weight = reader.number("Coupling", "Breaking weight");
   result.constraint.fluctuation_relaxation = reader.number("Coupling", "Fluctuation relaxation");
