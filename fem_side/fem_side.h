@@ -322,8 +322,8 @@ public:
   /// Stiffness of @p cells that this rank owns, for the present weights, in the reference configuration [N/m]. Cells that are
   /// switched off give zero. Not collective.
   virtual std::vector<CellStiffness> cell_stiffness(const std::vector<int> &cells) const = 0;
-  /// Writes one VTU file for all ranks: displacement, velocity, stress, alpha, and @p cell_fields [Pa], each of which has a name
-  /// and one value for every cell of the mesh.
+  /// Writes one VTU file for all ranks: displacement, velocity, stress, alpha, and @p cell_fields [Pa], each of which has a
+  /// name and one value for every cell of the mesh.
   virtual void write_vtu(const std::string &path,
                          const std::vector<std::pair<std::string, Eigen::VectorXd>> &cell_fields) const = 0;
 

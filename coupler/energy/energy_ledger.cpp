@@ -9,18 +9,13 @@ namespace kerf
 {
 std::string EnergyLedger::fastest_growing(const EnergyLedger &before) const
 {
-  const std::vector<std::pair<const char *, double EnergyLedger::*>> parts = {{"kinetic", &EnergyLedger::kinetic},
-                                                                              {"elastic", &EnergyLedger::elastic},
-                                                                              {"coupling", &EnergyLedger::coupling},
-                                                                              {"damping", &EnergyLedger::damping},
-                                                                              {"friction", &EnergyLedger::friction},
-                                                                              {"released", &EnergyLedger::released},
-                                                                              {"interface", &EnergyLedger::interface},
-                                                                              {"absorbed", &EnergyLedger::absorbed},
-                                                                              {"left", &EnergyLedger::left},
-                                                                              {"boundary work", &EnergyLedger::boundary_work},
-                                                                              {"tool work", &EnergyLedger::tool_work},
-                                                                              {"conversion", &EnergyLedger::conversion}};
+  const std::vector<std::pair<const char *, double EnergyLedger::*>> parts = {
+    {"kinetic", &EnergyLedger::kinetic},     {"elastic", &EnergyLedger::elastic},
+    {"coupling", &EnergyLedger::coupling},   {"damping", &EnergyLedger::damping},
+    {"friction", &EnergyLedger::friction},   {"released", &EnergyLedger::released},
+    {"interface", &EnergyLedger::interface}, {"absorbed", &EnergyLedger::absorbed},
+    {"left", &EnergyLedger::left},           {"boundary work", &EnergyLedger::boundary_work},
+    {"tool work", &EnergyLedger::tool_work}, {"conversion", &EnergyLedger::conversion}};
   const auto change = [&](const auto &part) { return std::abs(this->*part.second - before.*part.second); };
   const auto most = std::max_element(parts.begin(), parts.end(),
                                      [&](const auto &a, const auto &b)
