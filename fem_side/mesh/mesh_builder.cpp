@@ -173,7 +173,7 @@ template <int dim>
 void read_gmsh(const std::string &file, dealii::Triangulation<dim> &triangulation)
 {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) // reading a fifo would wait
+  if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored)) // reading a fifo would wait
     throw std::invalid_argument("mesh file '" + file + "': is not a file");
   std::ifstream stream(file);
   if (!stream)
@@ -196,6 +196,10 @@ void read_gmsh(const std::string &file, dealii::Triangulation<dim> &triangulatio
   try
   {
     reader.read_msh(stream);
+  }
+  catch (const std::ios_base::failure &)
+  {
+    throw std::invalid_argument("mesh file '" + file + "': is cut off, or holds a word where a number should stand");
   }
   catch (const std::exception &error)
   {

@@ -192,6 +192,7 @@ with tempfile.TemporaryDirectory() as work:
             ("roller and traction", "Boundary/Conditions=left: roller; x < 1e-6: traction 0 1e5; bottom: fixed; y < 1e-6: fixed", ""),
             ("stress at free sides", "Loads/Initial stress=-1e6 -1e6 0", "Loads/Initial stress acts on free faces"),
             ("stress along free sides", "Loads/Initial stress=-1e6 0 0", ""),
+            ("modulus in GPa", "Rock/Young modulus=18.7", "Rock/Young modulus = 18.7 Pa: the rock would fail at a strain of"),
             ("disc that stays away", "Tool/Path=0 0.024 0.05; 1 0.024 0.06", "Tool/Path: the disc stays at least 0.006"),
             ("disc that comes later", "Tool/Path=0 0.024 0.05; 1 0.024 0.03", "Tool/Path: the disc stays"),
             ("sigma* above the strength", "Adaptivity/Sigma star=1e9", "Adaptivity/Sigma star: sigma* = 1000 MPa"),

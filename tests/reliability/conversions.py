@@ -74,7 +74,7 @@ with tempfile.TemporaryDirectory() as work:
           warnings_of(log))
     result, output, log = run(small, "all", mode="dem")
     check("all particles are not", result.returncode == 0 and "broken bonds" not in log, warnings_of(log))
-    result, output, log = run(small, "damped", "Bond/Local damping=0.7", mode="dem")
+    result, output, log = run(small, "damped", "Bond/Local damping=0.9", mode="dem")
     check("strong damping is warned of", result.returncode == 0 and "damping rules the force" in log, warnings_of(log))
 
     # Nothing damps. Loose particles next to the front brought in up to 38 % of the work: their mass, their springs and their contacts

@@ -106,7 +106,7 @@ def stores():
     # Small particles of wide distributions rattle; the mean diameter is still the one asked for.
     for spread in (0.55, 0.8):
         os.remove(store)
-        accepted(f"spread {spread}", ["check", case, "--mode", "dem"] + sets([f"Packing/Radius spread={spread}"]), "valid")
+        accepted(f"spread {spread}", ["check", case, "--pack", "--mode", "dem"] + sets([f"Packing/Radius spread={spread}"]), "valid")
         with h5py.File(store) as file:
             mean = 2e3 * file["radii"][()].mean()
         check(f"mean diameter at spread {spread}", abs(mean - 1.) < 0.01, mean)
@@ -159,8 +159,8 @@ def cell_size_of_a_file():
     """The overlap in cells, and the warning of narrow ones, go by the cells of the file."""
     case = small("cells", lambda text: text.replace("set Overlap width = 8", "set Overlap cells = 2"))
     write_msh(os.path.join(case, "m.msh"), *squares(block(6, 4), 8e-3))
-    accepted("overlap of two cells of a file", ["check", case] + sets(["Mesh/File=m.msh", HELD]), "overlap          0.016 m")
-    accepted("narrow overlap of a file", ["check", case] + sets(["Mesh/File=m.msh", HELD, "Coupling/Overlap cells=0", "Coupling/Overlap width=8"]),
+    accepted("overlap of two cells of a file", ["check", case, "--pack"] + sets(["Mesh/File=m.msh", HELD]), "overlap          0.016 m")
+    accepted("narrow overlap of a file", ["check", case, "--pack"] + sets(["Mesh/File=m.msh", HELD, "Coupling/Overlap cells=0", "Coupling/Overlap width=8"]),
              "warning: Coupling/Overlap width is 1 cells")
 
 

@@ -46,6 +46,7 @@ inline Packing triangular_lattice(int n_x, int n_y, double r)
 inline Packing fcc_lattice(int n, double r)
 {
   Packing packing;
+  packing.kind = "fcc";
   packing.dim = 3;
   packing.mean_diameter = 2. * r;
   packing.positions.resize(3, 4 * n * n * n);

@@ -23,7 +23,8 @@ constexpr double estimated_particle_steps = 3e6;
 
 /// Distance from the contact up to which the stress measure exceeds sigma* [m]. The contact is as wide as the disc is deep in
 /// the rock and carries its compressive strength; below such a load the stress is radial, 2 P/(pi r) in the plane (Flamant) and
-/// 3 P/(2 pi r^2) in space (Boussinesq). Cracks run farther: at the end of the tests' cuts it is right within a factor of 1.5.
+/// 3 P/(2 pi r^2) in space (Boussinesq). Cracks run farther: in disc_cutter_2d and the tests' small cut it is
+/// right within a factor of 1.5 at the end, in rock that splits it is too small.
 double reach_of_stress(const Case &settings, double depth)
 {
   const double R = settings.tool.radius, width = 2. * std::sqrt(std::max(0., 2. * R * depth - depth * depth));

@@ -171,6 +171,14 @@ std::vector<std::string> doubts(const Case &settings, Mode mode, const fem::Mesh
         break;
       }
   }
+  const double strain = settings.activation.tensile_strength / settings.body.material.young;
+  if (constexpr double of_rock = 0.05; strain > of_rock) // rocks fail in tension at some 1e-4 to 1e-3
+  {
+    std::ostringstream text;
+    text << "Rock/Young modulus = " << settings.body.material.young << " Pa: the rock would fail at a strain of " << strain
+         << ", rocks fail below " << of_rock << "; units are SI";
+    result.push_back(text.str());
+  }
   if (settings.tool.kind == ToolKind::disc)
     if (const double distance = least_distance(settings, box); distance > 0.)
     {

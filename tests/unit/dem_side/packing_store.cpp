@@ -267,7 +267,7 @@ TEST_F(PackingStore, PlacesThatCannotBeWrittenAreNamed)
   }
   catch (const std::runtime_error &error)
   {
-    EXPECT_EQ(error.what(), nowhere + ": cannot be created");
+    EXPECT_EQ(error.what(), nowhere + ": cannot be written, No such file or directory");
   }
 }
 
