@@ -74,7 +74,9 @@ def interrupted(case, work, ranks, number, code):
     log = os.path.join(output, "log.txt")
     command = kerf_runner.command(KERF, ["run", case, "--mode", "dem", "--output", output, "--set", "Time/End time=1"], ranks=ranks)
     with open(os.path.join(work, name + ".out"), "w+") as out:
-        process = subprocess.Popen(command, cwd=work, stdout=out, stderr=subprocess.DEVNULL)
+        # mpirun kills its ranks one second after it ends them, which is short on a machine with other work.
+        patient = dict(os.environ, OMPI_MCA_odls_base_sigkill_timeout="8")
+        process = subprocess.Popen(command, cwd=work, stdout=out, stderr=subprocess.DEVNULL, env=patient)
         table = os.path.join(output, "history.csv")
         while not os.path.exists(table) or len(open(table).readlines()) < 6:
             time.sleep(0.1)
