@@ -59,8 +59,8 @@ Ending run_command(const std::vector<std::string> &arguments, MPI_Comm comm)
   CLI::App *pack = app.add_subcommand("pack", "generates and calibrates the stored packing of a case");
   add_case_options(*pack, words, false);
   CLI::App *calibrate =
-    app.add_subcommand("calibrate", "finds bond stiffnesses and strengths that give the rock's E, nu, UCS and "
-                                    "Brazilian strength; writes them into the store");
+    app.add_subcommand("calibrate", "finds bond strengths that give the rock's compressive and direct tensile strength; "
+                                    "writes them into strengths.txt beside the case");
   add_case_options(*calibrate, words, false);
   CLI::App *write = app.add_subcommand("export", "writes a case in mode dem as LIGGGHTS script with its data");
   add_case_options(*write, words, false);

@@ -383,13 +383,18 @@ void RockBondLoop<dim>::damp(bool step)
     return;
   LAMMPS_NS::Atom &atom = *lmp.atom;
   const double half_step = step ? 0.5 * parameters.time_step : 0.; // at setup the velocities are those of the step already
-  double power = 0.;
+  DampingPower<double> power = {0., 0.};
+  const auto add = [&power](const DampingPower<double> &more)
+  {
+    power.at_step += more.at_step;
+    power.half_back += more.half_back;
+  };
   for (int i = 0; i < atom.nlocal; i += SimdPack::size)
   {
     const int n = std::min(SimdPack::size, atom.nlocal - i);
     if (n == SimdPack::size)
-      power += damp_four<dim>(
-        factor, half_step, {atom.f[i], atom.torque[i], atom.v[i], atom.omega[i], &atom.rmass[i], &atom.radius[i]}, &viscous[i]);
+      add(damp_four<dim>(factor, half_step,
+                         {atom.f[i], atom.torque[i], atom.v[i], atom.omega[i], &atom.rmass[i], &atom.radius[i]}, &viscous[i]));
     else
     {
       // The last particles, completed to four with particles without load.
@@ -405,13 +410,15 @@ void RockBondLoop<dim>::damp(bool step)
       copy(&atom.rmass[i], mass, 1);
       copy(&atom.radius[i], radius, 1);
       std::copy(&viscous[i], &viscous[i] + n, pair_damping);
-      power += damp_four<dim>(factor, half_step, {f, torque, v, omega, mass, radius}, pair_damping);
+      add(damp_four<dim>(factor, half_step, {f, torque, v, omega, mass, radius}, pair_damping));
       std::copy(f, f + 3 * n, atom.f[i]);
       std::copy(torque, torque + 3 * n, atom.torque[i]);
     }
   }
-  if (step)
-    dissipation.damping -= parameters.time_step * power;
+  if (!step)
+    return;
+  dissipation.damping -= parameters.time_step * power.at_step;
+  damping_ahead = -parameters.time_step * (power.at_step - 0.5 * power.half_back);
 }
 
 template <int dim>

@@ -169,10 +169,7 @@ void RockBondStyle::refuse_lists_of_contacts(bool list_asked_for) const
 
 void RockBondStyle::damp_all(bool step)
 {
-  const double before = dissipation.damping;
   damp(step);
-  if (step)
-    damping_ahead = 0.5 * (dissipation.damping - before);
 }
 
 /// After particles changed rank or place: sends the data to the ghosts that LIGGGHTS does not send by itself. In the steps

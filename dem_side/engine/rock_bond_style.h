@@ -136,6 +136,9 @@ protected:
   double *rotation() const; ///< quaternions of local and ghost particles
   const double *weight() const;
 
+  /// The part of dissipation.damping that belongs to the half step after the last one, by the trapezoidal rule (10.4) [J].
+  double damping_ahead = 0.;
+
   LAMMPS_NS::LAMMPS &lmp;
   LAMMPS_NS::PairGran &gran;
   const std::int64_t hash;
@@ -159,7 +162,6 @@ private:
   std::vector<int> index;              ///< in the packing, of the local particles
   std::set<int> leavers;               ///< tags of all particles that left, over all ranks
   std::int64_t bond_ends_at_build = 0; ///< of intact bonds over all ranks
-  double damping_ahead = 0.;           ///< part of dissipation.damping that belongs to the next half step [J]
   std::int64_t bond_ends_failed = 0;   ///< of this rank, since the lists were built
 };
 

@@ -9,6 +9,7 @@ trap 'rm -rf "$work"' EXIT
 tree="$work/a tree"
 calls=$work/calls
 mkdir -p "$tree/tests/support" "$tree/.ci" "$tree/cases/disc_cutter_2d" "$tree/cases/other" "$work/bin"
+touch "$tree/cases/other/case.prm"
 cp "$root/run" "$root/test" "$tree"
 cp "$root/.ci/run" "$tree/.ci"
 cp "$root/tests/support/scripts.sh" "$tree/tests/support"

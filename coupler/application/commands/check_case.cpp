@@ -147,15 +147,24 @@ int check_case(const RunOptions &options, MPI_Comm comm)
   check_particle_number(settings, n_particles, n_ranks);
 
   std::ostringstream text;
+  const auto number = [](double value)
+  {
+    std::ostringstream digits;
+    digits << std::setprecision(4) << value;
+    return digits.str();
+  };
+  std::ostringstream particles;
+  if (mode != Mode::fem)
+    particles << std::setprecision(4) << "particles        " << problem->packing.size() << " stored, about " << n_particles
+              << " active at the end\n"
+              << "overlap          " << problem->settings.overlap.width
+              << " m = " << problem->settings.overlap.width / problem->settings.packing.mean_diameter << " d\n";
   text << std::setprecision(4) << "case " << problem->settings.name << ", mode " << name_of(mode) << ": valid\n"
-       << packing_summary(problem->packing) << "\n"
-       << problem->settings.strength_summary << "\n"
+       << (mode == Mode::fem ? "" : packing_summary(problem->packing) + "\n" + problem->settings.strength_summary + "\n")
        << "cells            " << problem->fem->mesh().n_cells() << ", nodes " << problem->fem->mesh().n_nodes() << "\n"
-       << "particles        " << problem->packing.size() << " stored, about " << n_particles << " active at the end\n"
-       << "overlap          " << problem->settings.overlap.width
-       << " m = " << problem->settings.overlap.width / problem->settings.packing.mean_diameter << " d\n"
-       << "stable step      finite elements " << problem->stable.fem << " s, particles " << problem->stable.dem
-       << " s, this mode " << problem->stable.coupled << " s\n"
+       << particles.str() << "stable step      finite elements " << problem->stable.fem << " s, "
+       << (mode == Mode::fem ? "" : "particles " + number(problem->stable.dem) + " s, ") << "this mode "
+       << problem->stable.coupled << " s\n"
        << "time step        " << problem->dt << " s, " << steps << " steps to " << problem->settings.end_time << " s\n"
        << "memory           about " << std::ceil(memory / 1e6) << " MB\n"
        << "run time         about " << clock_text(run_time) << " on " << n_ranks << (n_ranks == 1 ? " rank" : " ranks");

@@ -124,6 +124,13 @@ private:
     on_first_rank(comm, [&] { history->flush(); });
     if (started > 0.)
       summary();
+    on_first_rank(comm,
+                  [&]
+                  {
+                    for (const char *name : {"history.csv", "log.txt"})
+                      if (const std::string path = directory + "/" + name; !std::filesystem::exists(path))
+                        throw InputError(path + ": was removed during the run, results are lost");
+                  });
     if (failure.empty())
       return {interrupted ? exit_interrupted : 0, directory, ""};
     const std::string text =

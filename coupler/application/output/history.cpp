@@ -64,15 +64,15 @@ ForceSummary summarise_force(const std::vector<HistoryRow> &rows, int axis)
       result.peak = row.tool_force[axis];
       result.peak_time = row.time;
     }
-  const auto contact =
-    std::find_if(rows.begin(), rows.end(),
-                 [&](const HistoryRow &row) { return std::abs(row.tool_force[axis]) > 1e-3 * std::abs(result.peak); });
+  const auto touches = [&](const HistoryRow &row) { return std::abs(row.tool_force[axis]) > 1e-3 * std::abs(result.peak); };
+  const auto contact = std::find_if(rows.begin(), rows.end(), touches);
+  const auto release = std::find_if(rows.rbegin(), rows.rend(), touches);
   const double first = contact != rows.end() ? contact->time : rows.front().time;
-  result.end = rows.back().time;
+  result.end = release != rows.rend() ? release->time : rows.back().time;
   result.start = 0.5 * (first + result.end);
   const auto from = std::find_if(rows.begin(), rows.end(), [&](const HistoryRow &row) { return row.time >= result.start; });
   double integral = 0.;
-  for (auto row = from; row + 1 != rows.end(); ++row)
+  for (auto row = from; row + 1 != rows.end() && row->time < result.end; ++row)
     integral += 0.5 * (row->tool_force[axis] + (row + 1)->tool_force[axis]) * ((row + 1)->time - row->time);
   const double duration = result.end - from->time;
   result.mean = duration > 0. ? integral / duration : from->tool_force[axis];

@@ -29,8 +29,8 @@ struct HistoryColumn
 };
 const std::vector<HistoryColumn> &history_columns();
 
-/// The force on the tool along an axis. Its steady part is the second half of the time after the first contact, which is when
-/// the force passes a thousandth of its peak. The figures use the same.
+/// The force on the tool along an axis. Its steady part is the second half of the time in contact: from the first to the last
+/// time at which the force exceeds a thousandth of its peak. The figures use the same.
 struct ForceSummary
 {
   double mean = 0.;            ///< of the steady part, by the trapezoidal rule [N]

@@ -171,8 +171,10 @@ def first_contact(time, force):
 
 
 def steady_window(time, force):
-    """The second half of the time after first contact: (start, end)."""
-    return 0.5 * (first_contact(time, force) + time[-1]), time[-1]
+    """The second half of the time in contact: (start, end)."""
+    touched = np.nonzero(np.abs(np.nan_to_num(force)) > 1e-3 * np.abs(np.nan_to_num(force)).max(initial=0.))[0]
+    end = time[touched[-1]] if len(touched) else time[-1]
+    return 0.5 * (first_contact(time, force) + end), end
 
 
 def time_mean(time, values, start, end):

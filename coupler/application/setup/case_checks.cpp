@@ -112,10 +112,45 @@ double least_distance(const Case &settings, const Box &box)
 }
 } // namespace
 
+void check_conditions_on_surface(const Case &settings, const fem::Mesh &mesh, const dem::Packing &packing)
+{
+  const auto &conditions = settings.body.boundary_conditions;
+  const std::vector<int> condition = condition_of_faces(settings, mesh);
+  const double near = packing.mean_diameter;
+  for (std::size_t c = 0; c < conditions.size(); ++c)
+  {
+    if (conditions[c].kind == Kind::free)
+      continue;
+    Box faces{Eigen::Vector3d::Constant(1e300), Eigen::Vector3d::Constant(-1e300)};
+    for (std::size_t f = 0; f < mesh.boundary.size(); ++f)
+      if (condition[f] == static_cast<int>(c))
+        for (const int node : mesh.boundary[f].nodes)
+          if (node >= 0)
+          {
+            faces.lower = faces.lower.cwiseMin(mesh.nodes.col(node));
+            faces.upper = faces.upper.cwiseMax(mesh.nodes.col(node));
+          }
+    bool found = false;
+    for (int i = 0; i < packing.size() && !found; ++i)
+    {
+      const Eigen::Vector3d place = packing.positions.col(i);
+      found = (place.array() >= faces.lower.array() - near).all() && (place.array() <= faces.upper.array() + near).all();
+    }
+    if (!found)
+      throw InputError(
+        settings.directory + "/case.prm: Boundary/Conditions: " + name_of(conditions[c].kind) + " on " + conditions[c].name() +
+        " holds or loads no particle, since Packing/Surface does not reach that side of the mesh; take it out, or "
+        "give the shape as Mesh/File");
+  }
+}
+
 void check_settings(const Case &settings, Mode mode, const fem::Mesh &mesh)
 {
   condition_of_faces(settings, mesh);
   const std::string file = settings.directory + "/case.prm: ";
+  if (!settings.packing_surface_file.empty() && (mode == Mode::adaptive || mode == Mode::fixed))
+    throw InputError(
+      file + "Packing/Surface: is for mode dem, since finite elements fill the whole mesh; give the shape as Mesh/File");
   const auto &conditions = settings.body.boundary_conditions;
   const bool stressed = settings.body.initial_stress.norm() > 0.;
   for (const fem::BoundaryCondition &condition : conditions)

@@ -382,7 +382,11 @@ std::unique_ptr<Problem> set_up_problem(const Case &settings, Mode mode, Console
       problem->settings.tool.stiffness_ratio = stiffness_ratio_of_cells;
   }
   else
+  {
     build_packing(settings, *problem->fem, problem->packing, StoreUse::kept, console, comm);
+    if (!settings.packing_surface_file.empty())
+      check_conditions_on_surface(settings, problem->fem->mesh(), problem->packing);
+  }
   if (!settings.given_stiffness)
   {
     problem->settings.bond.k_n = problem->packing.calibration.k_n;
