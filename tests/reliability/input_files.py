@@ -114,13 +114,13 @@ def stores():
 
 def far_from_the_origin():
     """A lattice, which does not depend on the place. At 1000 m coordinates have round-off 1e-13 m, 1e-7 of the indentation of
-    some micrometres."""
+    some micrometres. Until 0.24 ms 65 bonds break; much later the crack paths are chaotic."""
     case = small("far")
     mean = {}
     for x in (0, 10, 1000):
         place = sets([f"Packing/File=at_{x}.h5", "Packing/Kind=triangular", f"Mesh/Lower corner={x}, {x}",
                       f"Mesh/Upper corner={x + 0.048!r}, {x + 0.032!r}", f"Tool/Path=0 {x + 0.024!r} {x + 0.04402!r}; 4e-4 {x + 0.024!r} {x + 0.0433!r}",
-                      "Time/End time=3e-4"])
+                      "Time/End time=2.4e-4"])
         results = os.path.join(work, f"far_{x}")
         accepted(f"run at {x} m", ["run", case, "--output", results] + place)
         history = kerf_runner.history(results)
