@@ -154,15 +154,16 @@ def chart(rows, best, path):
     able = [row for row in rows[1:] if np.isfinite(row["error"])]
     for row in able:
         chosen = row in best
-        axis.plot(row["cost"], 100. * abs(row["error"]), "o", markersize=8, color=figures.LINE_COLOURS[1 if chosen else 0])
+        axis.errorbar(row["cost"], 100. * abs(row["error"]), 100. * row["of_error"], marker="o", markersize=8, capsize=4,
+                      color=figures.LINE_COLOURS[1 if chosen else 0])
         axis.annotate(row["name"], (row["cost"], 100. * abs(row["error"])), xytext=(6, 4), textcoords="offset points", fontsize=8)
     front = sorted(best, key=lambda row: row["cost"])
     axis.step([row["cost"] for row in front], [100. * abs(row["error"]) for row in front], where="post", linewidth=1.,
               color=figures.LINE_COLOURS[1], label="Pareto front")
     failed = [row for row in rows if row["failed"]]
     for k, row in enumerate(failed):
-        axis.text(0.98, 0.97 - 0.05 * k, f"failed: {row['name']} ({row['failed']} of {len(row['mean'])} packings)",
-                  transform=axis.transAxes, ha="right", va="top", color="#c0392b", fontsize=9)
+        axis.text(0.02, 0.97 - 0.05 * k, f"failed: {row['name']} ({row['failed']} of {len(row['mean'])} packings)",
+                  transform=axis.transAxes, ha="left", va="top", color="#c0392b", fontsize=9)
     axis.set_xlabel("CPU time / CPU time of full DEM")
     axis.set_ylabel("|error of the mean normal force| [%]")
     axis.set_xlim(0., 1.15 * max(row["cost"] for row in able))
