@@ -393,12 +393,15 @@ void DemSide::set_weights(const Eigen::VectorXd &weight)
   e.is_set_up = false;
 }
 
-void DemSide::keep_contact_forces(const Eigen::VectorXd &weight)
+void DemSide::prepare_weights(const Eigen::VectorXd &weight, const std::vector<int> &leaving)
 {
   if (engine->n_active == 0)
     return;
-  engine->require_set_up("keep_contact_forces()");
-  engine->style->keep_contact_forces(weight);
+  engine->require_set_up("prepare_weights()");
+  std::vector<char> leaves(engine->packing.size(), 0);
+  for (const int i : leaving)
+    leaves[i] = 1;
+  engine->style->prepare_weights(weight, leaves);
 }
 
 std::vector<double> DemSide::masses_with(const std::vector<NewParticle> &added, const Eigen::VectorXd &weight) const

@@ -49,10 +49,12 @@ public:
   /// a particle that is bonded to one with weight, at the outer end of an overlap. Follow with setup() or compute_forces().
   void set_weights(const Eigen::VectorXd &weight);
 
-  /// Makes the contacts whose weight set_weights(@p weight) will increase softer, so that their forces do not change then. What
-  /// loose particles overlap by has nothing to do with the field of the finite elements, whose weight falls: at the full
-  /// stiffness it would bring in energy. To be called before insert(). Theory (7.24)
-  void keep_contact_forces(const Eigen::VectorXd &weight);
+  /// Keeps set_weights(@p weight) from bringing in energy through particles that have come off the field of the finite
+  /// elements. Contacts whose weight grows become softer, so that their forces do not change then: at the full stiffness their
+  /// overlap would hold more. Theory (7.24). Bonds break whose deformation would change by more than they can bear, since their
+  /// contact points move with the weights of their ends. Theory (7.25). To be called before insert() and remove().
+  /// @param leaving particles that remove() will take out; their bonds are left alone
+  void prepare_weights(const Eigen::VectorXd &weight, const std::vector<int> &leaving = {});
 
   /// Weighted masses [kg] of the particles of this rank, in the order of particles(), that setup() will give them if
   /// insert(@p added) and set_weights(@p weight) are called before.

@@ -74,7 +74,7 @@ ActivationEvent Conversion::convert(const std::vector<int> &cells, const int rel
       if (is_held(index, c))
         acceleration[c] = 0.;
 
-  dem.keep_contact_forces(overlap.de_weights());
+  dem.prepare_weights(overlap.de_weights());
   take_momentum_of_growth(particles, is_held, fem, dem, packing, overlap, comm);
 
   fem.set_weights(overlap.fe_weights(), overlap.fe_surface_weights());
@@ -107,6 +107,7 @@ ActivationEvent Conversion::return_to_continuum(const std::vector<int> &cells)
   for (int i = 0; i < packing.size(); ++i)
     if (dem.is_active()[i] && !overlap.needs_particle(i))
       unused.push_back(i);
+  dem.prepare_weights(overlap.de_weights(), unused);
   event.particles = -static_cast<int>(unused.size());
   event.bonds_stored = -bonds_between(unused);
   dem.remove(unused);

@@ -440,22 +440,41 @@ double RockBondLoop<dim>::elastic_energy()
 }
 
 template <int dim>
-void RockBondLoop<dim>::keep_contact_forces(const Eigen::VectorXd &new_weights)
+void RockBondLoop<dim>::prepare_weights(const Eigen::VectorXd &new_weights, const std::vector<char> &leaves)
 {
-  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  const int *tag = lmp.atom->tag;
   for_each_pair(
     [&](int i, int j, PairHistory &history, int &flag)
     {
-      const double radii = atom.radius[i] + atom.radius[j];
-      const double distance = (vector<dim>(atom.x[i]) - vector<dim>(atom.x[j])).norm();
-      const double overlap = law::contact_length(radii, history.rest_length) - distance;
-      if (history.state == PairHistory::intact || overlap <= 0.)
+      if (leaves[tag[i] - 1] || leaves[tag[j] - 1])
         return;
-      const auto end = [&](int k) { return bond_end(atom.radius[k], new_weights[atom.tag[k] - 1]); };
-      const double share = ordered(i, j).weight / bond_weight(end(i), end(j));
-      if (share >= 1.)
+      const OrderedPair pair = ordered(i, j);
+      const auto end = [&](int k) { return bond_end(rows[k].radius, new_weights[tag[k] - 1]); };
+      const BondEnd first = end(pair.first), second = end(pair.second);
+      const double length = debris_pair(pair, history, flag).length, distance = geometry(pair).distance;
+      if (history.state == PairHistory::intact)
+      {
+        const auto [of_first, of_second] = rotated_normals(pair, history);
+        const auto now = bond_strain(pair, history);
+        const auto then = law::bond_strain<dim>(
+          law::make_pair<dim>(rows[pair.first].position, rows[pair.second].position, first.weighted, second.weighted),
+          history.rest_length, of_first, of_second);
+        if (!law::misfits<dim>(then, now, parameters.bond))
+          return;
+        dissipation.released += pair.share * bond_energy(pair, now, history);
+        Eigen::Vector3d position = Eigen::Vector3d::Zero();
+        position.head<dim>() = 0.5 * (rows[pair.first].position + rows[pair.second].position);
+        record_break(i, j, true, position);
+        history.state = PairHistory::broken;
+        history.rest_length = std::min(length, distance); // starts without force, as a contact of new particles
+        Eigen::Map<Eigen::Vector3d>(history.vector).setZero();
+        flag = 1;
         return;
-      history.rest_length = distance + share * overlap;
+      }
+      const double share = pair.weight / bond_weight(first, second);
+      if (share >= 1. || distance >= length)
+        return;
+      history.rest_length = distance + share * (length - distance);
       vector<dim>(history.vector) *= share;
       flag = 1;
     });

@@ -21,7 +21,7 @@ public:
   std::vector<ActiveBond> bonds(const std::vector<char> &target) override;
   double elastic_energy() override;
   std::vector<LoadedPair> loaded_pairs() override;
-  void keep_contact_forces(const Eigen::VectorXd &new_weights) override;
+  void prepare_weights(const Eigen::VectorXd &new_weights, const std::vector<char> &leaves) override;
 
 private:
   using Vector = law::Vector<dim>;

@@ -93,8 +93,8 @@ public:
   virtual double elastic_energy() = 0;                                        ///< of this rank [J]
   /// All pairs with a bond or a contact, as listed; one across ranks is there on both.
   virtual std::vector<LoadedPair> loaded_pairs() = 0;
-  /// See DemSide::keep_contact_forces().
-  virtual void keep_contact_forces(const Eigen::VectorXd &new_weights) = 0;
+  /// See DemSide::prepare_weights(). @param leaves a flag for each particle of the packing
+  virtual void prepare_weights(const Eigen::VectorXd &new_weights, const std::vector<char> &leaves) = 0;
   Energies energies(); ///< of all ranks. Collective
 
   /// Counts the energy of the particles that are outside of the domain, as the energies of the last step have it. Collective.

@@ -268,7 +268,7 @@ TEST(DemSide, ContactsKeepTheirForceWhenWeightsGrow)
 
     const Eigen::VectorXd heavier = Eigen::VectorXd::Constant(2, 0.8);
     if (kept)
-      dem.keep_contact_forces(heavier);
+      dem.prepare_weights(heavier);
     dem.set_weights(heavier);
     dem.setup({});
     const double growth = kept ? 1. : 8.;
@@ -276,6 +276,39 @@ TEST(DemSide, ContactsKeepTheirForceWhenWeightsGrow)
     const Particles now = dem.particles();
     for (int i = 0; i < now.n; ++i)
       EXPECT_NEAR(now.force.col(i).norm(), growth * force, 1e-8 * force);
+  }
+}
+
+// Two particles have rolled on each other by theta and -theta: no shear, and no energy, since the contact point is in the
+// middle. A weight of one half of the first moves it by a sixth of the distance: the shear becomes d theta/3. The bond breaks
+// when that is more than it can bear, and is left alone below.
+TEST(DemSide, BondsThatRolledBreakBeforeWeightsChange)
+{
+  const double r = 0.5e-3, most = 1e-6;
+  for (const double share : {0.8, 1.25})
+  {
+    Packing packing = two_particles(r, r, 2. * r);
+    Settings s = settings(packing);
+    s.bond.R_n = s.bond.R_t = most * s.bond.k_t;
+    DemSide dem(s);
+    auto particles = all_particles(packing);
+    const double theta = share * 3. * most / (2. * r);
+    particles[0].rotation[2] = theta;
+    particles[1].rotation[2] = -theta;
+    start(dem, packing, particles);
+    const double failure = 0.5 * s.bond.k_t * most * most;
+    EXPECT_LT(dem.energies().elastic, 1e-3 * failure);
+    const Eigen::Vector2d lighter(0.5, 1.);
+    dem.prepare_weights(lighter);
+    dem.set_weights(lighter);
+    dem.setup({});
+    const bool breaks = share > 1.;
+    EXPECT_EQ(dem.n_bonds_broken(), breaks ? 1 : 0);
+    EXPECT_EQ(dem.n_bonds_intact(), breaks ? 0 : 1);
+    if (breaks)
+      EXPECT_LT(dem.energies().elastic, 1e-3 * failure);
+    else // weight 3/4, and 1/4 (1/3)^2 3/4 of rolling resistance (4.10) over twice the angle
+      EXPECT_GT(dem.energies().elastic, 0.4 * failure);
   }
 }
 
