@@ -37,6 +37,8 @@ def work_box(snapshots, drawn):
     lower, upper = rock_box(snapshots, drawn)
     points = [np.empty((0, 2))]
     last = drawn[-1]
+    if not any(len(snapshot.radius) for snapshot in drawn):  # finite elements alone: their stress is all there is to see
+        return lower, upper
     if len(last.platens):  # a specimen is shown with its platens
         margin = 0.06 * (upper - lower).max()
         return lower - margin, upper + margin
@@ -142,6 +144,7 @@ def colour_scales(drawn, threshold):
         top = threshold / 1e6
     return (ScalarMappable(Normalize(0., top if top > 0. else 1.), STRESS_COLOURS),
             ScalarMappable(Normalize(0., 1.), DAMAGE_COLOURS))
+
 
 def place_panels(count, columns, ratio, width, highest):
     """Figure, axes and the height of the strip below them for panels of one height/width ratio; all lengths in inches.
