@@ -346,7 +346,6 @@ std::unique_ptr<Problem> set_up_mesh(const Case &settings, Mode mode, Console &c
   check_settings(problem->settings, mode, problem->fem->mesh());
   for (const std::string &doubt : doubts(problem->settings, mode, problem->fem->mesh()))
     console.message("warning: " + doubt);
-  const Box body = mesh_box(problem->fem->mesh());
   if (settings.tool.kind == ToolKind::platens)
   {
     problem->specimen = find_specimen(settings, problem->fem->mesh(), mode);
